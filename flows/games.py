@@ -18,6 +18,7 @@ from typing import NamedTuple
 import polars as pl
 
 from flows.catalog import forget_outputs
+from flows.child import give_back
 from flows.knowledge import of_imitated
 from flows.outputs import match_names, need
 from flows.record import record
@@ -222,3 +223,4 @@ class Turn(NamedTuple):
 def take(data: Path, turn: Turn, discard: bool) -> None:
     """Play a game and learn from it; steps that are done already are not repeated."""
     learn(data, turn.season, turn.game, play(data, turn.season, turn.game), discard)
+    give_back()
