@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals usual-codes football ball-goals paradigms peers seasons sensitivity soak bench-scale golden \
+  teams-apart expected-goals usual-codes football ball-goals paradigms peers seasons sensitivity looking trial imitation soak bench-scale golden \
   notebooks lock clean
 
 help:  ## list the targets
@@ -81,7 +81,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking  ## all studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking trial  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -128,6 +128,10 @@ best-constant: $(READY)  ## search for the best constant team, which the name be
 
 looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (three hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
+
+# It plays apprentices that `make looking` has trained.
+trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (half an hour)
+	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA)
 
 imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways to watch, and of none (three hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.looking import ARMS, DISTURBED, PANEL, Aim, aims, information
+from studies.looking import ARMS, DISTURBED, PANEL, SETTINGS, Aim, aims, information
 
 from schemas import ROLES
 from schemas.sights import SIGHT
@@ -27,7 +27,7 @@ def control():
 
 
 def reached(found: pl.DataFrame, control: pl.DataFrame) -> dict[str, Aim]:
-    return {aim.aim: aim for aim in aims(found, "panel", "blind", control, DISTURBED)}
+    return {aim.aim: aim for aim in aims(found, "panel", "blind", control, [arm.name for arm in DISTURBED[SETTINGS]])}
 
 
 def test_aims_of_a_good_team(control):

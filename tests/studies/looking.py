@@ -240,22 +240,27 @@ def _brief(decided: pl.DataFrame) -> float:
 def information(decided: pl.DataFrame) -> float:
     """Mutual information of what is seen and the action, given the role, in bits, less that of shuffles.
 
-    What is seen is in 36 cells: the ball's third, how near the robot is to it, and whether it is behind it.
+    What is seen is in :func:`cells`.
     """
-    sight = decided["sight"].to_numpy()
-    names = {name: place for place, name in enumerate(SIGHT)}
-    cells = (np.digitize(sight[:, names["ball_x"]], [-0.25, 0.25]) * 12
-             + np.digitize(sight[:, names["ball_distance"]], [0.1, 0.25, 0.5]) * 3
-             + np.digitize(sight[:, names["behind"]], [-0.3, 0.6]))
+    seen = cells(decided["sight"].to_numpy())
     rng, action = np.random.default_rng(0), decided["behaviour_id"].to_numpy()
     roles = decided["role"].cast(pl.String).to_numpy()
     total = 0.0
     for role in ROLES:
         own = roles == role
-        true = _bits(cells[own], action[own])
-        chance = np.mean([_bits(rng.permutation(cells[own]), action[own]) for _ in range(20)])
+        true = _bits(seen[own], action[own])
+        chance = np.mean([_bits(rng.permutation(seen[own]), action[own]) for _ in range(20)])
         total += own.mean() * (true - chance)
     return float(total)
+
+
+def cells(sights: np.ndarray) -> np.ndarray:
+    """Sights, [n, 30], in 36 cells: the ball's third, how near the robot is to it, and whether it is behind it."""
+    of = {name: sights[:, place] for place, name in enumerate(SIGHT)}
+    found: np.ndarray = (np.digitize(of["ball_x"], [-0.25, 0.25]) * 12
+                         + np.digitize(of["ball_distance"], [0.1, 0.25, 0.5]) * 3
+                         + np.digitize(of["behind"], [-0.3, 0.6]))
+    return found
 
 
 def _bits(one: np.ndarray, other: np.ndarray) -> float:

@@ -1,0 +1,209 @@
+"""Is what robots that look choose worth more than their role's best constant, where they choose it? A trial by lot.
+
+``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (half an hour on 2 cores; what is in the data
+folder is not played again) plays the apprentices of ``looking-all`` of that data folder against the static team.
+For each robot and second of a match the lot decides between three ways to act: it looks (its policy, each 0.2 s);
+it does what best-constant does in its role; or it is blind, and its policy looks at what a robot of its role saw at
+another moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V at the
+start. All else is alike: the ways of one match differ by nothing but the lot. So the differences of their means are
+what a second of looking is worth. A log cannot say this: there an action was chosen where it seemed good.
+
+V is the model that the package ships; it has not seen these matches. Seconds are the independent observation, because
+each has a lot of its own; intervals are Welch's.
+
+``trial.csv`` has the differences for all seconds and for each role, and for each state: role, the ball's third, how
+near the robot is to it and whether it is behind it (36 cells, :func:`studies.looking.cells`). ``earned.csv`` says in
+what share of time a state's lower bound is above 0, outside the first second of play.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+from studies.looking import ALL, ALL_SEASONS, CONSTANT, STATIC, cells
+from studies.peers.playing import STEP_S, pitch_of
+from studies.peers.worth import Worth
+
+from flows.teams import apprentice, labelled
+from pipeline.arena.env import BEHAVIOURS, ParallelMatch
+from pipeline.arena.match.environment import Side
+from pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
+from pipeline.arena.teams.constant import best_constant
+from pipeline.state.sight import see_from
+from pipeline.statistics import welch
+from pipeline.store import Store
+from schemas import ROLES
+from schemas.sights import SIGHT
+
+#: Seeds of the pairs of matches; nothing else was ever played with them.
+SEEDS = range(2_500_000, 2_500_100)
+#: The ways to act, by number.
+WAYS = ("looks", CONSTANT, "blind")
+#: Steps of a second; matches that are played side by side; sights that a blind robot draws from.
+_SECOND, _PAIRS, _KEPT = round(1 / STEP_S), 10, 4096
+_SIDES: tuple[Side, Side] = ("home", "away")
+
+I64 = npt.NDArray[np.int64]
+F32 = npt.NDArray[np.float32]
+
+
+class Chooser:
+    """Chooses actions by what robots see.
+
+    Args:
+        appraiser: of an apprentice.
+        rng: draws what blind robots look at.
+    """
+
+    def __init__(self, appraiser: Appraiser, rng: np.random.Generator) -> None:
+        self._appraiser, self._rng = appraiser, rng
+        self._actions = np.array([BEHAVIOURS.index(code) for code in appraiser.codes])
+        self._constant = np.array([BEHAVIOURS.index(code) for code in best_constant()])
+        self._seen = [np.empty((0, len(SIGHT)), np.float32) for _ in ROLES]
+
+    def __call__(self, sights: F32, roles: I64, ways: I64) -> I64:
+        """Actions of robots, as indices in BEHAVIOURS, int64 [n].
+
+        Args:
+            sights: float32 [n, 30].
+            roles: int64 [n], by index in ROLES.
+            ways: int64 [n], by index in :data:`WAYS`.
+        """
+        looked_at = sights.copy()
+        for role, kept in enumerate(self._seen):
+            own = roles == role
+            kept = self._seen[role] = np.concatenate([kept, sights[own]])[-_KEPT:]
+            blind = np.flatnonzero(own & (ways == WAYS.index("blind")))
+            looked_at[blind] = kept[self._rng.integers(len(kept), size=len(blind))] if len(blind) else kept[:0]
+        worth = np.where(self._appraiser.allowed[roles].T, appraised(self._appraiser, looked_at), -np.inf)
+        return np.where(ways == WAYS.index(CONSTANT), self._constant[roles], self._actions[worth.argmax(axis=0)])
+
+
+class Seen(NamedTuple):
+    """What the robots of some matches see.
+
+    Attributes:
+        sights: float32 [matches, N, 30].
+        roles: int64 [matches, N], by index in ROLES.
+    """
+
+    sights: F32
+    roles: I64
+
+    @classmethod
+    def of(cls, pitches: Sequence[ParallelMatch], observed: Sequence[dict[str, F32]]) -> Seen:
+        """What is seen in matches whose environments observed this."""
+        vectors = np.array([list(each.values()) for each in observed])
+        sights = np.empty((*vectors.shape[:2], len(SIGHT)), np.float32)
+        for place, pitch in enumerate(pitches):
+            view = pitch.match.views[_SIDES.index(pitch.possible_agents[0].split("_")[0])]  # type: ignore[arg-type]
+            for robot in range(vectors.shape[1]):
+                see_from(view, robot + 1, pitch.settings.matches.pitch.goal_x, sights[place, robot])
+        return cls(sights, vectors[:, :, len(SIGHT):].argmax(axis=2))
+
+
+def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
+    """Play pairs of matches by lot, side by side; a row a robot and second that began in play.
+
+    Returns:
+        Columns seed, role, cell (:func:`studies.looking.cells`), way, first (whether the second before was no
+        play), and change: V at the end less V at the start, for the robot's team.
+    """
+    rng = np.random.default_rng(seeds[0])
+    choose, worth = Chooser(appraiser, rng), Worth(1.0)
+    pitches = [pitch_of(STATIC, side) for _ in seeds for side in _SIDES]
+    each = np.repeat(seeds, len(_SIDES))
+    seen = Seen.of(pitches, [pitch.reset(seed=int(seed))[0] for pitch, seed in zip(pitches, each, strict=True)])
+    robots, found = seen.roles.shape[1], list[pl.DataFrame]()
+    before = np.zeros(len(pitches), dtype=bool)
+    while pitches[0].agents:  # all last as long
+        on, value, start = np.array([pitch.match.in_play for pitch in pitches]), worth.of(pitches), seen
+        ways = rng.integers(len(WAYS), size=seen.roles.shape)
+        goals = np.zeros(len(pitches))
+        for _ in range(_SECOND):
+            if not pitches[0].agents:
+                break
+            actions = choose(seen.sights.reshape(-1, len(SIGHT)), seen.roles.ravel(), ways.ravel()).reshape(-1, robots)
+            observed = []
+            for place, pitch in enumerate(pitches):
+                sees, rewards, *_ = pitch.step(dict(zip(pitch.agents, actions[place], strict=True)))
+                observed.append(sees)
+                goals[place] += rewards[pitch.possible_agents[0]]
+            seen = Seen.of(pitches, observed)
+        change = np.where(goals != 0, np.sign(goals), worth.of(pitches)) - value
+        found.append(pl.DataFrame({
+            "seed": np.repeat(each, robots), "role": start.roles.ravel(),
+            "cell": cells(start.sights.reshape(-1, len(SIGHT))), "way": ways.ravel(),
+            "first": np.repeat(~before, robots), "change": np.repeat(change, robots),
+        }).filter(np.repeat(on, robots)))
+        before = on
+    return pl.concat(found)
+
+
+def played(data: Path, word: str) -> pl.DataFrame:
+    """The seconds of an apprentice; they are kept in the data folder."""
+    kept = data / "trial" / f"{word}.parquet"
+    if not kept.exists():
+        player = apprentice(Store(data), word)
+        _, tables = labelled(player.store, player.manifest)
+        assert tables.appraisals is not None, "it looks"
+        appraiser, _ = appraiser_of(tables.values, tables.appraisals)
+        parts = [seconds(appraiser, SEEDS[at : at + _PAIRS]) for at in range(0, len(SEEDS), _PAIRS)]
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        aside = kept.with_suffix(".part")
+        pl.concat(parts).with_columns(team=pl.lit(word)).write_parquet(aside)
+        aside.rename(kept)
+    return pl.read_parquet(kept)
+
+
+def differences(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
+    """What a second of looking, and one of being blind, is worth more than the constant, with Welch's intervals.
+
+    Returns:
+        A row a way and group: way, the columns of ``by``, seconds (of all ways), difference, low and high.
+    """
+    found = []
+    for key, own in rows.group_by(by, maintain_order=True) if by else [((), rows)]:
+        changes = [own.filter(way=way)["change"].to_numpy() for way in range(len(WAYS))]
+        for way in (0, 2):
+            low, high = welch(changes[way], changes[1]) or (None, None)
+            found.append({"way": WAYS[way], **dict(zip(by, key, strict=True)), "seconds": own.height,
+                          "difference": changes[way].mean() - changes[1].mean(), "low": low, "high": high})
+    return pl.DataFrame(found, infer_schema_length=None).sort("way", *by)
+
+
+def earned(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
+    """Shares of time in groups where a way is surely worth more than the constant, and surely less.
+
+    The first second of play counts as neither, in the share and in the evidence.
+    """
+    found = differences(rows.filter(~pl.col("first")), by).with_columns(
+        share=pl.col("seconds") / rows.height)
+    return found.group_by("way", maintain_order=True).agg(
+        pl.lit(" ".join(by)).alias("states"), groups=pl.len(),
+        more=pl.col("share").filter(pl.col("low") > 0).sum(), less=pl.col("share").filter(pl.col("high") < 0).sum())
+
+
+def main(out: Path, data: Path) -> None:
+    """Play what is missing, and write the tables."""
+    words = [f"{ALL}-static-{seed}" for seed in ALL_SEASONS]
+    with ProcessPoolExecutor(2) as players:
+        rows = pl.concat(players.map(played, [data] * len(words), words)).with_columns(
+            pl.col("role").replace_strict(range(len(ROLES)), ROLES))
+    groups: list[list[str]] = [[], ["team"], ["role"], ["role", "cell"]]
+    pl.concat([differences(rows, by) for by in groups], how="diagonal").select(
+        "way", "team", "role", "cell", "seconds", "difference", "low", "high",
+    ).write_csv(out / "trial.csv", float_precision=5)
+    pl.concat([earned(rows, by) for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]).write_csv(
+        out / "earned.csv", float_precision=3)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -1,0 +1,86 @@
+"""The trial by lot of the team that looks: who acts how, what a second is worth, and what is earned."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+from studies.looking import cells
+from studies.trial import WAYS, Chooser, differences, earned, seconds
+
+from pipeline.arena.env import BEHAVIOURS
+from pipeline.arena.teams.appraising import Appraiser, appraiser_of
+from pipeline.arena.teams.constant import best_constant
+from schemas import ROLES, Appraisals
+from schemas.sights import SIGHT
+
+LOOKS, CONSTANT, BLIND = range(len(WAYS))
+UP = list(SIGHT).index("ball_x")
+
+
+@pytest.fixture(scope="module")
+def appraiser() -> Appraiser:
+    """Everybody may reach the ball (044) or stand (088); to reach is better where the ball is far up."""
+    pairs = pl.DataFrame({"role": role, "behaviour_id": f"{role}-{code}"} for role in ROLES for code in ("044", "088"))
+    leaf = {"version": 1, "code": 44, "tree": 1, "node": 0, "feature": None, "threshold": None, "missing_left": None,
+            "left": None, "right": None, "value": 0.0}
+    return appraiser_of(pairs, Appraisals.of([
+        leaf | {"tree": 0},
+        leaf | {"feature": "ball_x", "threshold": 0.0, "missing_left": True, "left": 1, "right": 2},
+        leaf | {"node": 1, "value": -1.0}, leaf | {"node": 2, "value": 1.0},
+        leaf | {"code": 88, "tree": 0}]))[0]
+
+
+def at(up: list[float]) -> np.ndarray:
+    """Sights with the ball here along the pitch."""
+    found = np.zeros((len(up), len(SIGHT)), np.float32)
+    found[:, UP] = up
+    return found
+
+
+def test_ways_to_act(appraiser):
+    """Who looks follows what it sees; who does not does its role's part of best-constant; the blind one looks elsewhere."""
+    choose = Chooser(appraiser, np.random.default_rng(1))
+    roles = np.array([0, 1, 2, 2])
+    sights = at([0.5, -0.5, 0.5, -0.5])
+    acts = [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, LOOKS))]
+    assert acts == [44, 88, 44, 88]
+    assert [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, CONSTANT))] == [*best_constant(), best_constant().striker]
+    strikers = np.full(2000, 2)
+    blind = np.array(BEHAVIOURS)[choose(at([0.5] * 1000 + [-0.5] * 1000), strikers, np.full(2000, BLIND))]
+    for seen in (blind[:1000], blind[1000:]):
+        assert np.mean(seen == 44) == pytest.approx(0.5, abs=0.1), "whatever it sees itself"
+
+
+def drawn(effect: dict[str, float], seconds: int = 30_000) -> pl.DataFrame:
+    """Seconds whose change has an effect of looking by role, and none of being blind."""
+    rng = np.random.default_rng(3)
+    role, way = rng.choice(ROLES, seconds), rng.integers(len(WAYS), size=seconds)
+    change = rng.normal(scale=0.1, size=seconds) + np.where(way == LOOKS, [effect[each] for each in role], 0.0)
+    return pl.DataFrame({"role": role, "way": way, "first": rng.random(seconds) < 0.1, "change": change})
+
+
+def test_what_a_second_is_worth():
+    """An effect is found in the role that has it, within its interval; where there is none, none is earned."""
+    rows = drawn({"goalkeeper": 0.0, "midfield": 0.02, "striker": -0.02})
+    found = {(row["way"], row["role"]): row for row in differences(rows, ["role"]).iter_rows(named=True)}
+    assert found["looks", "midfield"]["low"] < 0.02 < found["looks", "midfield"]["high"]
+    assert found["looks", "goalkeeper"]["low"] < 0 < found["looks", "goalkeeper"]["high"]
+    shares = {row["way"]: row for row in earned(rows, ["role"]).iter_rows(named=True)}
+    assert (shares["looks"]["more"], shares["looks"]["less"]) == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
+    assert (shares["blind"]["more"], shares["blind"]["less"]) == (0, 0)
+
+
+def test_seconds_of_a_match(appraiser):
+    """Each robot and second of play is a row; V changes alike for a team's robots; the lot is fair."""
+    rows = seconds(appraiser, [5])
+    assert set(rows["role"]) == {0, 1, 2}
+    assert rows.height % 3 == 0
+    assert 2 * 480 * 3 * 0.8 < rows.height <= 2 * 480 * 3
+    assert rows.group_by("way").len()["len"].min() > 0.28 * rows.height
+    assert rows["change"].is_between(-2, 2).all()
+    team = rows["change"].to_numpy().reshape(-1, 3)
+    assert (team == team[:, :1]).all()
+    assert 0 < rows["first"].sum() < rows.height / 4
+    assert rows["cell"].is_between(0, 35).all()
+    assert len(np.unique(cells(at([-0.5, 0.0, 0.5])))) == 3
