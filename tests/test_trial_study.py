@@ -63,12 +63,17 @@ def drawn(effect: dict[str, float], seconds: int = 30_000) -> pl.DataFrame:
 def test_what_a_second_is_worth():
     """An effect is found in the role that has it, within its interval; where there is none, none is earned."""
     rows = drawn({"goalkeeper": 0.0, "midfield": 0.02, "striker": -0.02})
-    found = {(row["way"], row["role"]): row for row in differences(rows, ["role"]).iter_rows(named=True)}
-    assert found["looks", "midfield"]["low"] < 0.02 < found["looks", "midfield"]["high"]
-    assert found["looks", "goalkeeper"]["low"] < 0 < found["looks", "goalkeeper"]["high"]
-    shares = {row["way"]: row for row in earned(rows, ["role"]).iter_rows(named=True)}
-    assert (shares["looks"]["more"], shares["looks"]["less"]) == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
-    assert (shares["blind"]["more"], shares["blind"]["less"]) == (0, 0)
+    found = {(row["way"], row["less"], row["role"]): row for row in differences(rows, ["role"]).iter_rows(named=True)}
+    for other in ("best-constant", "blind"):
+        midfield, goalkeeper = found["looks", other, "midfield"], found["looks", other, "goalkeeper"]
+        assert midfield["low"] < 0.02 < midfield["high"]
+        assert goalkeeper["low"] < 0 < goalkeeper["high"]
+    shares = {(row["way"], row["less"]): (row["surely_more"], row["surely_less"])
+              for row in earned(rows, ["role"]).iter_rows(named=True)}
+    assert shares["looks", "best-constant"] == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
+    assert shares["blind", "best-constant"] == (0, 0)
+    few = differences(rows.head(1), ["role"])
+    assert few["difference"].null_count() == few.height == 3
 
 
 def test_seconds_of_a_match(appraiser):

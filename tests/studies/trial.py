@@ -46,6 +46,8 @@ from schemas.sights import SIGHT
 SEEDS = range(2_500_000, 2_500_100)
 #: The ways to act, by number.
 WAYS = ("looks", CONSTANT, "blind")
+#: Pairs of ways: what one is worth more than the other.
+COMPARED = (("looks", CONSTANT), ("looks", "blind"), ("blind", CONSTANT))
 #: Steps of a second; matches that are played side by side; sights that a blind robot draws from.
 _SECOND, _PAIRS, _KEPT = round(1 / STEP_S), 10, 4096
 _SIDES: tuple[Side, Side] = ("home", "away")
@@ -164,31 +166,36 @@ def played(data: Path, word: str) -> pl.DataFrame:
 
 
 def differences(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
-    """What a second of looking, and one of being blind, is worth more than the constant, with Welch's intervals.
+    """What a second of one way to act is worth more than of another, with Welch's intervals.
 
     Returns:
-        A row a way and group: way, the columns of ``by``, seconds (of all ways), difference, low and high.
+        A row a pair of ways and group: way, less, the columns of ``by``, seconds (of all ways), difference, low
+        and high; null where there are fewer than two seconds of a way.
     """
     found = []
     for key, own in rows.group_by(by, maintain_order=True) if by else [((), rows)]:
-        changes = [own.filter(way=way)["change"].to_numpy() for way in range(len(WAYS))]
-        for way in (0, 2):
-            low, high = welch(changes[way], changes[1]) or (None, None)
-            found.append({"way": WAYS[way], **dict(zip(by, key, strict=True)), "seconds": own.height,
-                          "difference": changes[way].mean() - changes[1].mean(), "low": low, "high": high})
-    return pl.DataFrame(found, infer_schema_length=None).sort("way", *by)
+        changes = [own.filter(way=way)["change"] for way in range(len(WAYS))]
+        for way, other in COMPARED:
+            ours, theirs = (changes[WAYS.index(each)] for each in (way, other))
+            ends = welch(ours, theirs)
+            found.append({
+                "way": way, "less": other, **dict(zip(by, key, strict=True)), "seconds": own.height,
+                "difference": None if ends is None else ours.mean() - theirs.mean(),  # type: ignore[operator]
+                "low": ends and ends[0], "high": ends and ends[1]})
+    return pl.DataFrame(found, infer_schema_length=None).sort("way", "less", *by)
 
 
 def earned(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
-    """Shares of time in groups where a way is surely worth more than the constant, and surely less.
+    """Shares of time in groups where a way to act is surely worth more than another, and surely less.
 
     The first second of play counts as neither, in the share and in the evidence.
     """
     found = differences(rows.filter(~pl.col("first")), by).with_columns(
         share=pl.col("seconds") / rows.height)
-    return found.group_by("way", maintain_order=True).agg(
+    return found.group_by("way", "less", maintain_order=True).agg(
         pl.lit(" ".join(by)).alias("states"), groups=pl.len(),
-        more=pl.col("share").filter(pl.col("low") > 0).sum(), less=pl.col("share").filter(pl.col("high") < 0).sum())
+        surely_more=pl.col("share").filter(pl.col("low") > 0).sum(),
+        surely_less=pl.col("share").filter(pl.col("high") < 0).sum())
 
 
 def main(out: Path, data: Path) -> None:
@@ -199,7 +206,7 @@ def main(out: Path, data: Path) -> None:
             pl.col("role").replace_strict(range(len(ROLES)), ROLES))
     groups: list[list[str]] = [[], ["team"], ["role"], ["role", "cell"]]
     pl.concat([differences(rows, by) for by in groups], how="diagonal").select(
-        "way", "team", "role", "cell", "seconds", "difference", "low", "high",
+        "way", "less", "team", "role", "cell", "seconds", "difference", "low", "high",
     ).write_csv(out / "trial.csv", float_precision=5)
     pl.concat([earned(rows, by) for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]).write_csv(
         out / "earned.csv", float_precision=3)
