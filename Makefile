@@ -130,7 +130,7 @@ looking: $(READY)  ## does a team that looks win? five apprentices against the p
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
 
 # It plays apprentices that `make looking` has trained.
-trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (half an hour)
+trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA)
 
 imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways to watch, and of none (three hours)
