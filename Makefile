@@ -126,7 +126,7 @@ rules: $(READY)  ## what each rule of the static team is worth (a quarter of an 
 best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (three minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json
 
-looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (three hours)
+looking: $(READY)  ## does a team that looks win? apprentices against the panel, and blind (five hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
 
 # It plays apprentices that `make looking` has trained.

@@ -1,6 +1,6 @@
-"""Does a team that looks win? Five apprentices of fresh seeds, the panel, and what they are without looking.
+"""Does a team that looks win? Apprentices of fresh seeds, the panel, and what they are without looking.
 
-``PYTHONPATH=tests python -m studies.looking data/studies/looking DATA`` (three hours on 2 cores; what
+``PYTHONPATH=tests python -m studies.looking data/studies/looking DATA`` (five hours on 2 cores; what
 is in the data folder is not played again).
 
 The aims were written down before any of these seeds was played. Apprentices train against the static team alone,
