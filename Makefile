@@ -81,7 +81,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking trial  ## all studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking trial  ## most studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -164,7 +164,7 @@ study-values: $(READY)  ## whether V and the values of behaviours predict (a qua
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	PYTHONPATH=tests $(BIN)/python -m studies.labels data/studies/labels $(RECORDINGS)
 
-paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
+paradigms: $(READY)  ## section 5 of the paper in full (about 50 minutes on two free cores)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity --comparison
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity

@@ -1,4 +1,4 @@
-"""A family of teams that stands in for people at joysticks; it is no model of anyone.
+"""A second script: a family of teams with delays, noise and changing tactics; it is no model of anyone.
 
 The person drives one robot at a time, imperfectly, and sees the ball and the other team late by a reaction
 time. The rest of the team follows the static rules at a slower pace. Reaction, steadiness, skill, patience
