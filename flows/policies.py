@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import cache
-from typing import NamedTuple
+from itertools import islice
+from typing import Any, NamedTuple
 
 import polars as pl
 
@@ -19,6 +20,10 @@ from pipeline.store.receipts import Manifest, Receipt, digest
 from pipeline.store.work import Made
 from pipeline.teams import Team, sides_of
 from schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
+
+#: Settings of the team that chose that a policy keeps, so that it plays as what it learned from: a clock, and
+#: how far ahead it predicts.
+PLAYS = ("clock", "clock_s", "predict_s")
 
 
 def looks(policy: Manifest) -> bool:
@@ -54,6 +59,7 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     receipts: dict[str, list[Receipt]] = {
         "knowledge": [knowledge], "sides": [sides[each.match] for each in taken],
         "decisions": list({each.receipt.name: each.receipt for each in taken}.values()),
+        "matches": _last_played(store, taken),
     }
     if settings.learner == "sight":
         receipts["sequences"] = [need(store, "sequences", each.match) for each in taken]
@@ -101,8 +107,32 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
               (states_of(policy, returned), States)]
     return Made(tables, details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
-        **asdict(report), "matches": len(inputs["sides"]),
+        **asdict(report), "matches": len(inputs["sides"]), "plays": _plays(inputs),
     })
+
+
+def _last_played(store: Store, matches: list[Known]) -> list[Receipt]:
+    """The newest of some matches in which a player chose; none if no player did."""
+    chosen = (each.match for each in reversed(matches) if _choosing(each.receipt, each.match))
+    return [need(store, "matches", match) for match in islice(chosen, 1)]
+
+
+def _plays(inputs: Inputs) -> dict[str, Any]:
+    """How the team played that chose last, by the recipe of its match: the settings that a policy needs.
+
+    Empty if no player chose, or where the match has no recipe.
+    """
+    for match in inputs["matches"]:
+        (side, *_), = filter(None, (_choosing(decided, match.name) for decided in inputs["decisions"]))
+        team = match.settings.get(side, {})
+        return {name: team[name] for name in PLAYS if name in team}
+    return {}
+
+
+def _choosing(decisions: Receipt, match: str) -> list[str]:
+    """The sides of a match on which a player chose; none if the decisions are not of that match."""
+    sides: list[str] = decisions.details["matches"].get(match, {}).get("choosing", [])
+    return sides
 
 
 def _returns(inputs: Inputs) -> pl.DataFrame | None:
@@ -165,7 +195,7 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
 def _tells(store: Store, known: Known, team: Team) -> bool:
     """Whether some decisions of a match are of a team, or were chosen in its league."""
     sides = need(store, "sides", known.match).details
-    chosen = known.receipt.details["matches"][known.match]["choosing"]
+    chosen = _choosing(known.receipt, known.match)
     return bool(sides["kind"] == team.kind and (team.team in sides["counts_as"] or chosen))
 
 

@@ -25,8 +25,8 @@ REMOTE = "remote"
 def entrant(
     store: Store, word: str, policies: dict[str, PolicyTables], *, explore: float | None = None,
     lcb_weight: float | None = None, min_visits: int | None = None, blind: bool | None = None,
-    predict_s: float | None = None, least_s: float | None = None, interrupts: bool | None = None,
-    begin_ended: bool | None = None,
+    predict_s: float | None = None, clock_s: float | None = None, least_s: float | None = None,
+    interrupts: bool | None = None, begin_ended: bool | None = None,
 ) -> Entrant:  # fmt: skip
     """The team that a word names; its policy, if it has one, is added to ``policies``.
 
@@ -41,9 +41,10 @@ def entrant(
         lcb_weight: for a learned team; None means the season's, else 0.
         min_visits: for a learned team; None means the season's, else 0.
         blind: for a learned team; None means that it looks.
-        predict_s: for a learned team; None means the season's, else 0.
-        least_s: for a learned or a constant team, see ``ClockSettings``, as the next two; None means the
-            season's, else the paper's.
+        predict_s: for a learned team; None means as it played when it learned, else 0.
+        clock_s: for a learned team that looks, see ``TeamSettings``; None likewise.
+        least_s: for a learned or a constant team, see ``ClockSettings``, as the next two; None means as it
+            played when it learned, else the paper's.
         interrupts: likewise.
         begin_ended: likewise.
 
@@ -64,7 +65,8 @@ def entrant(
     else:
         if word == "learned" or version.isdecimal():
             manifest = policy(store, None if word == "learned" else int(version))
-            player = _player(store, manifest, f"v{manifest.version}", TeamSettings(kind="learned"))
+            plays = TeamSettings.model_validate({"kind": "learned"} | manifest.details.get("plays", {}))
+            player = _player(store, manifest, f"v{manifest.version}", plays)
         else:
             player = apprentice(store, word)
         named, tables = labelled(player.store, player.manifest)
@@ -72,7 +74,7 @@ def entrant(
         team = player.team
     asked = {
         "explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits, "blind": blind,
-        "predict_s": predict_s,
+        "predict_s": predict_s, "clock_s": clock_s,
     }
     settings = team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
     settings["clock"] = team.settings.clock.model_dump() | clock

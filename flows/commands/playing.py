@@ -96,13 +96,14 @@ class Learners:
             season, else 0).
         blind: Robots of a learned team act on sights that their role had before in the match: the control of
             a team that looks.
-        predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as in its
-            season, else 0).
-        least_s: Least time of a behaviour of a learned or constant team, seconds (default: as in its season,
-            else 0).
-        interrupts: Winning or losing the ball, or another role, interrupts these behaviours (default: as in
-            its season, else not).
-        begin_ended: A robot begins codes whose end holds already (default: as in its season, else it does).
+        predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as when it
+            learned, else 0).
+        clock_s: Seconds between decisions of a team that looks (default: as when it learned, else 0.5).
+        least_s: Least time of a behaviour of a learned or constant team, seconds (default: as when it
+            learned, else 0).
+        interrupts: Winning or losing the ball, or another role, interrupts these behaviours (default: as when
+            it learned, else not).
+        begin_ended: A robot begins codes whose end holds already (default: as when it learned, else it does).
     """
 
     explore: NormFloat | None = None
@@ -110,6 +111,7 @@ class Learners:
     min_visits: NonNegativeInt | None = None
     blind: Annotated[bool | None, Parameter(negative=())] = None
     predict_s: NormFloat | None = None
+    clock_s: Annotated[float | None, Parameter(validator=Number(gt=0, lt=math.inf))] = None
     least_s: Annotated[float | None, Parameter(validator=Number(gte=0, lt=math.inf))] = None
     interrupts: bool | None = None
     begin_ended: bool | None = None

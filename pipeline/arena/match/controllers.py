@@ -319,7 +319,7 @@ def _player_of(settings: TeamSettings, recipe: Recipe, team: int, policy: Policy
         if known.appraisals is not None:
             if settings.clock != PAPER:
                 raise BadSettings("only a team that looks behaviours up in states has this clock",
-                                  where="clock", next_step="Leave it out, or set clock_s")
+                                  where="clock", next_step="Leave it out, or give --clock-s")
             return AppraisingController(known.values, known.appraisals, settings, recipe, rng)
         return LearnedController(known.values, settings, recipe, rng)
     if settings.kind == "human":

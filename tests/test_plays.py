@@ -1,0 +1,33 @@
+"""A policy plays as the team did whose decisions it learned from."""
+
+from __future__ import annotations
+
+import pytest
+
+from flows.games import Turn, store_of, take
+from flows.teams import apprentice, entrant
+from pipeline.arena.match.recipe import TeamSettings
+from pipeline.store import Store
+from pipeline.studies.seasons.settings import Season, parse
+
+_SHORT = "games = 1\npractice = 1\n[referee]\nduration_s = 20"
+_LOOKS = f'base = "looking"\nclock_s = 0.3\npredict_s = 0.1\n{_SHORT}'
+_STATES = f'base = "best-in-games"\n{_SHORT.replace("practice = 1", "practice = 0")}'
+
+
+@pytest.mark.parametrize(("text", "kept"), [
+    (_LOOKS, {"clock_s": 0.3, "predict_s": 0.1}), (_STATES, {"clock": {"least_s": 0.4, "interrupts": True, "begin_ended": False}}),
+], ids=["looks", "looks up states"])
+def test_a_policy_keeps_its_clock(tmp_path, text, kept):
+    """``learned`` and ``learned:1`` play as the season's apprentice does; an option says otherwise."""
+    season = Season(name="short", opponent="static", seed=1, settings=parse(text, where="short.toml"))
+    take(tmp_path, Turn(season, 1), discard=True)
+    store, own = Store(tmp_path), store_of(tmp_path, season)
+    expected = TeamSettings.model_validate({"kind": "learned"} | kept)
+    counted = apprentice(store, season.id).team.settings
+    for word in ("learned", "learned:1", "1"):
+        team = entrant(own, word, {}).settings
+        for name in ("clock", "clock_s", "predict_s"):
+            assert getattr(team, name) == getattr(expected, name) == getattr(counted, name)
+    assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.clock_s == 0.7
+    assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.predict_s == 0.0
