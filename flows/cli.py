@@ -75,7 +75,8 @@ COMMANDS = (
     ),
     Command(
         "season", "season:season",
-        "Play seasons: in each game play, watch the opponent, and learn for the next game.",
+        "Play seasons: in each game play, watch the opponent, and learn for the next game. Against a person "
+        "each game is played in the window; the same command goes on with the next.",
         "pitchlore season --settings paper --seasons 5",
     ),
     Command(

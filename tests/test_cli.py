@@ -357,7 +357,7 @@ def test_exported_evaluation(call, tmp_path):
     first, again = tmp_path / "first", tmp_path / "again"
     _, out, _ = call(*words, "--on", "processes:1", "--json", "--export", first, "--data", tmp_path / "data")
     told = json.loads(out)
-    said = json.loads((first / "human-like-random.json").read_text())
+    said = json.loads((first / "human-like-random-minutes-0-05.json").read_text())
     assert said["command"] == "pitchlore " + " ".join(words)
     assert said["seeds"] == {"first": 3, "last": 4}
     assert said["settings"]["referee"]["duration_s"] == 3.0
@@ -365,7 +365,7 @@ def test_exported_evaluation(call, tmp_path):
     assert "a second script" in said["note"]
     assert said["software"].startswith("pitchlore ")
     assert said["summary"] == {name: told[name] for name in said["summary"]}
-    matches = pl.read_csv(first / "human-like-random.matches.csv")
+    matches = pl.read_csv(first / "human-like-random-minutes-0-05.matches.csv")
     assert matches.select("seed", "match", "side").rows() == [(3, 1, "home"), (3, 2, "away"), (4, 1, "home"), (4, 2, "away")]
     assert matches["goals_for"].mean() == told["goals_for"]["value"]
     # played by others, then not at all
@@ -373,6 +373,23 @@ def test_exported_evaluation(call, tmp_path):
         assert call(*said["command"].split()[1:], "--on", "processes:2", "--export", again, "--data", tmp_path / data)[0] == 0
         assert {file.name: file.read_bytes() for file in again.iterdir()} == {
             file.name: file.read_bytes() for file in first.iterdir()}
+
+
+@pytest.mark.slow
+def test_options_of_an_evaluation(call, tmp_path):
+    """Results with other options stand beside the usual ones, under names and a title that say which."""
+    words = ("evaluate", "--policy", "constant:044", "--against", "random", "--matches", "2", "--minutes", "0.02",
+             "--on", "processes:1", "--data", tmp_path / "data", "--export", tmp_path / "export")
+    assert call(*words)[0] == 0
+    code, out, _ = call(*words, "--least-s", "0.4", "--no-begin-ended")
+    assert code == 0
+    assert "--least-s 0.4 --no-begin-ended" in " ".join(out.split())
+    assert "intervals are over 1 pair." in " ".join(out.split())
+    usual = "constant-044-random-minutes-0-02"
+    assert {path.name for path in (tmp_path / "export").glob("*.json")} == {
+        f"{usual}.json", f"{usual}-least-s-0-4-no-begin-ended.json"}
+    said = json.loads((tmp_path / "export" / f"{usual}-least-s-0-4-no-begin-ended.json").read_text())
+    assert said["command"].endswith("--minutes 0.02 --least-s 0.4 --no-begin-ended")
 
 
 @pytest.mark.slow
@@ -386,7 +403,7 @@ def test_panel(call, tmp_path):
     assert [each["opponent"] for each in said["panel"]] == list(PANEL)
     assert {(each["matches"], each["seed"], each["played_now"]) for each in said["panel"]} == {(2, 5, 2)}
     assert {path.name for path in (tmp_path / "export").iterdir()} == {
-        slug("constant:044", word) + end for word in PANEL for end in (".json", ".matches.csv")}
+        slug("constant:044", word, "minutes-0.02") + end for word in PANEL for end in (".json", ".matches.csv")}
     code, out, _ = call(*words)
     rows = [row for row in out.splitlines() if row.startswith("│")]
     assert (code, [row.split()[1] for row in rows]) == (0, list(PANEL))
@@ -405,14 +422,14 @@ def test_failed_export(call, tmp_path, monkeypatch):
     replace = os.replace
 
     def full(source, target):
-        if str(target).endswith("static-random.json"):
+        if str(target).endswith("static-random-minutes-0-02.json"):
             raise OSError(28, "No space left on device")
         replace(source, target)
 
     monkeypatch.setattr(os, "replace", full)
     code, _, err = call(*words, "--matches", "4")
     assert (code, "No space left" in err) == (1, True)
-    summary = tmp_path / "export" / "static-random.json"
+    summary = tmp_path / "export" / "static-random-minutes-0-02.json"
     assert summary.read_bytes() == before[summary]
     assert set((tmp_path / "export").iterdir()) == set(before)  # nothing lies aside
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from flows.cli import main
 from flows.games import Turn, store_of, take
 from flows.teams import apprentice, entrant
 from pipeline.arena.match.recipe import TeamSettings
@@ -31,3 +32,17 @@ def test_a_policy_keeps_its_clock(tmp_path, text, kept):
             assert getattr(team, name) == getattr(expected, name) == getattr(counted, name)
     assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.clock_s == 0.7
     assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.predict_s == 0.0
+
+
+def test_options_of_the_other_kind(tmp_path, capsys):
+    """An option that no team of a match has is refused before a match is played, in a line that says whose it is."""
+    for option, whose in (("--blind", "only a team that looks has this"), ("--clock-s=0.3", "only a team that looks has this")):
+        with pytest.raises(SystemExit, match="1"):
+            main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
+        assert f"{option.split('=')[0]}: {whose}" in capsys.readouterr().err
+    season = Season(name="short", opponent="static", seed=1, settings=parse(_LOOKS, where="short.toml"))
+    take(tmp_path, Turn(season, 1), discard=True)
+    with pytest.raises(SystemExit, match="1"):
+        main(["evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", str(tmp_path)])
+    assert "--min-visits: only a team that looks behaviours up in states has this" in capsys.readouterr().err
+    assert not (tmp_path / "evaluations").exists()

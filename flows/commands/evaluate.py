@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as encoder
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
-from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Learners, Many, Playing, Seed
+from flows.commands.playing import AS_LEARNED, AS_USUAL, MINUTES, TEAM_WORDS, Learners, Many, Playing, Seed
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.evaluations import evaluate
 from flows.placement.places import crew_at
@@ -29,8 +29,8 @@ from schemas.evaluations import minutes_of, word_of
 #: Options: the team that is measured, and its opponent.
 WhoIsMeasured = Annotated[str, Parameter(help=f"Team to measure: {TEAM_WORDS}.")]
 Against = Annotated[str, Parameter(help=(
-    f"Opponent: {TEAM_WORDS}. If a team plays itself, its home side is measured, and each match has its own "
-    "seed: this measures the arena."
+    f"Opponent (default: static): {TEAM_WORDS}. If a team plays itself, its home side is measured, and each "
+    "match has its own seed: this measures the arena."
 ))]  # fmt: skip
 #: Option: all opponents of the panel, in one table.
 Panel = Annotated[bool, Parameter(negative="", help=(
@@ -83,8 +83,10 @@ def evaluate_team(
     with crew_at(on, store.root) as crew, bars() as progress:
         listener.set(progress)
         found = [evaluate(store, evaluation, seeds, policies, crew) for evaluation in evaluations]
+    given = {"settings": playing.settings, "robots": playing.robots, **asdict(learners)}
+    options = [_option(name, value) for name, value in given.items() if value is not None]
     measured = [
-        _Measurement(evaluation, seeds, rows, summarise(rows), 2 * played)
+        _Measurement(evaluation, seeds, rows, summarise(rows), 2 * played, options)
         for evaluation, (rows, played) in zip(evaluations, found, strict=True)
     ]
     if json:
@@ -96,18 +98,17 @@ def evaluate_team(
         _print(measured[0])
     if export:
         for one in measured:
-            command = _command(one.evaluation, seeds, {
-                "settings": playing.settings, "robots": playing.robots, **asdict(learners)})
-            _export(store, one, command, export)
+            _export(store, one, export)
             if not json:
-                console().print(f"{export}: {_stem(one.summary)} written", soft_wrap=True)
+                console().print(f"{export}: {one.stem} written", soft_wrap=True)
     renew(store)
 
 
 class _Measurement(NamedTuple):
     """A measurement against one opponent: its settings, seeds, rows of schema Evaluations, and summary.
 
-    ``played`` is the number of matches that were played now.
+    ``played`` is the number of matches that were played now, ``options`` are those on how to play that were
+    given, but for the minutes.
     """
 
     evaluation: Evaluation
@@ -115,6 +116,7 @@ class _Measurement(NamedTuple):
     rows: pl.DataFrame
     summary: EvaluationSummary
     played: int
+    options: Sequence[str]
 
     def plain(self) -> dict[str, object]:
         """The measurement for programs."""
@@ -131,9 +133,25 @@ class _Measurement(NamedTuple):
     @property
     def matches(self) -> str:
         """The matches in words."""
-        how = self.evaluation
+        how, options = self.evaluation, " ".join(self.options)
         return (f"{self.summary.matches} matches of {self.minutes:g} min, {how.robots} a side on"
-                f" {how.pitch.length:g} by {how.pitch.width:g} m")
+                f" {how.pitch.length:g} by {how.pitch.width:g} m{options and f', {options}'}")
+
+    @property
+    def stem(self) -> str:
+        """Name of its files, without their ends: measurements with other options have others."""
+        length = [] if self.minutes == MINUTES else [_option("minutes", f"{self.minutes:g}")]
+        options = (word.removeprefix("--").replace(" ", "-") for word in (*length, *self.options))
+        return slug(self.summary.team, self.summary.opponent, *options)
+
+    @property
+    def command(self) -> str:
+        """The command that plays these matches again, in any data folder that has the teams."""
+        team, opponent = (word_of(side.name) for side in (self.evaluation.team, self.evaluation.opponent))
+        minutes = minutes_of(self.evaluation.referee.duration_s)
+        words = {"policy": team, "against": opponent, "matches": 2 * len(self.seeds), "seed": self.seeds[0],
+                 "minutes": minutes}
+        return " ".join(["pitchlore evaluate", *(_option(*word) for word in words.items()), *self.options])
 
 
 def _print(one: _Measurement) -> None:
@@ -141,7 +159,7 @@ def _print(one: _Measurement) -> None:
     summary = one.summary
     print_frame(_table(summary), title=f"{summary.team} against {summary.opponent}: {one.matches}")
     console().print(f"{one.played} matches played now, {summary.matches - one.played} before;"
-                    f" intervals are over {summary.pairs} pairs.")
+                    f" intervals are over {summary.pairs} pair{'s' if summary.pairs > 1 else ''}.")
     if one.evaluation.of_itself:
         console().print("A team against itself: its home side, in matches with seeds of their own.")
     print_stand_in(summary.team, summary.opponent)
@@ -193,40 +211,28 @@ def _table(summary: EvaluationSummary) -> pl.DataFrame:
     ])
 
 
-def _stem(summary: EvaluationSummary) -> str:
-    """Name of the files of an evaluation, without their ends."""
-    return slug(summary.team, summary.opponent)
-
-
-def _export(store: Store, one: _Measurement, command: str, folder: Path) -> None:
+def _export(store: Store, one: _Measurement, folder: Path) -> None:
     """Write the matches as CSV, and the summary with its origin as JSON: small, readable, to be kept in git.
 
     The files do not depend on the time or on the number of processes.
     """
-    evaluation, seeds, rows, summary, _ = one
+    evaluation, seeds, rows, summary, *_ = one
     said = {
-        "command": command, "software": software(), "seeds": {"first": seeds[0], "last": seeds[-1]},
+        "command": one.command, "software": software(), "seeds": {"first": seeds[0], "last": seeds[-1]},
         "summary": _plain(summary), "note": note_on(summary.team, summary.opponent),
         "settings": evaluation.model_dump(mode="json"),
     }
     matches = rows.select("seed", "match", "side", "match_seed", "goals_for", "goals_against", "actions",
                           "other_actions", "played_s", "other_s", "brief_actions")
-    stem = folder / _stem(summary)
+    stem = folder / one.stem
     store.write_bytes(stem.with_name(f"{stem.name}.matches.csv"), matches.write_csv().encode())
     text = encoder.dumps(said, indent=1, allow_nan=False)
     store.write_bytes(stem.with_name(f"{stem.name}.json"), f"{text}\n".encode())
 
 
 def _option(name: str, word: object) -> str:
+    """An option as it is given."""
+    said = name.replace("_", "-")
     if isinstance(word, bool):
-        return f"--{name}" if word else f"--no-{name}"
-    return f"--{name} {word}"
-
-
-def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]) -> str:
-    """The command that plays these matches again, in any data folder that has the teams."""
-    team, opponent = (word_of(side.name) for side in (evaluation.team, evaluation.opponent))
-    words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
-             "minutes": minutes_of(evaluation.referee.duration_s), **options}
-    said = " ".join(_option(name.replace("_", "-"), word) for name, word in words.items() if word is not None)
-    return f"pitchlore evaluate {said}"
+        return f"--{said}" if word else f"--no-{said}"
+    return f"--{said} {word}"

@@ -83,6 +83,11 @@ def _lasting(minutes: float) -> dict[str, Any]:
     return {"referee": {"duration_s": 60 * minutes}}
 
 
+#: Options of teams that choose by what they see, and of those that look behaviours up in states.
+_OF_SIGHT = ("blind", "clock_s")
+_OF_STATES = ("lcb_weight", "min_visits", "least_s", "interrupts", "begin_ended")
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Learners:
@@ -121,16 +126,29 @@ class Learners:
 
         Raises:
             NotFound, BadSettings: see :func:`flows.teams.entrant`.
-            BadSettings: if options of learned teams are given and none of the teams is learned.
+            BadSettings: if options of learned teams are given and none of the teams is one that has them.
         """
         policies: dict[str, PolicyTables] = {}
         asked = asdict(self)
         teams = [entrant(store, word, policies, **asked) for word in words]
-        said = ", ".join(f"--{name.replace('_', '-')}" for name, value in asked.items() if value is not None)
+        said = ", ".join(_option(name) for name, value in asked.items() if value is not None)
         if said and all(team.settings.kind != "learned" for team in teams):
             raise BadSettings(f"no learned team plays, only {' and '.join(words)}", where=said,
                               next_step="Leave it out, or name learned, learned:VERSION or a season's id")
+        looks = {tables.appraisals is not None for tables in policies.values()}
+        for names, wanted, whose in ((_OF_SIGHT, True, "a team that looks"),
+                                     (_OF_STATES, False, "a team that looks behaviours up in states")):
+            given = [name for name in names if asked[name] is not None]
+            if given and wanted not in looks:
+                raise BadSettings(f"only {whose} has this", where=", ".join(map(_option, given)), next_step=(
+                    "Leave it out, or name such a team (its policy's learner is \"sight\")" if wanted
+                    else "Leave it out"))
         return teams, policies
+
+
+def _option(name: str) -> str:
+    """The option of a field."""
+    return f"--{name.replace('_', '-')}"
 
 
 AS_USUAL, AS_LEARNED = Playing(), Learners()

@@ -70,7 +70,7 @@ def constant(word: str) -> Constant | None:
         return None
     codes = word.removeprefix(_PREFIX).split("/")
     if len(codes) not in (1, len(ROLES)) or not all(_CODE.fullmatch(code) for code in codes):
-        raise BadSettings("a constant team has one code, or three", where=word, next_step=(
+        raise BadSettings("a constant team has one code, or three", where=repr(word), next_step=(
             "Name it like constant:044, or constant:044/021/021 for goalkeeper, midfield and striker"))
     unknown = [code for code in codes if int(code) not in CODES]
     if unknown:
