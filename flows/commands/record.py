@@ -110,6 +110,6 @@ def _serve(
         print_json(done._asdict())
     else:
         console().print(
-            f"{recipe.home.kind} {done.score[0]} : {done.score[1]} {recipe.away.kind}, {done.frames} frames "
+            f"{recipe.home.name} {done.score[0]} : {done.score[1]} {recipe.away.name}, {done.frames} frames "
             f"sent, {done.commands} commands. Kept as {done.match_id}; watch it with `pitchlore replay "
             f"{done.match_id}`.", soft_wrap=True)

@@ -201,7 +201,7 @@ def _evidence(states: pl.DataFrame) -> dict[str, Any]:
 
 
 def _by_ball(rows: pl.DataFrame, pitch: Pitch) -> dict[str, Any] | None:
-    """The share of visits to unsure states by the ball's zone; None if the key keeps no zone."""
+    """The share of visits to unsure states by the ball's zone; None without zones in the key, or visits."""
     names = [f"distance of ball to {goal} goal" for goal in ("own", "adversary's")]
     said_of = [named(elements) for elements in rows["elements"].to_list()]
     if not said_of or any(name not in said_of[0] for name in names):
@@ -219,6 +219,8 @@ def _by_ball(rows: pl.DataFrame, pitch: Pitch) -> dict[str, Any] | None:
                 says = f"{share:.0%} of {visits} visits; our goal: {own}, theirs: {their}"
                 found.append({"own": own, "their": their, "visits": visits, "unsure": share})
                 under.append(shaded(pitch, [own, their], 0.15 + 0.85 * share, says))
+    if not found:
+        return None
     label = "share of unsure visits by the zone of the ball"
     return {"key": rows["key"][0], "role": rows["role"][0], "zones": found,
             "picture": on_pitch(pitch, label, under=type(under[0])("").join(under))}

@@ -104,7 +104,7 @@ class Match:
         why = f"left after {self.frame / self.laws.hz:.1f} of {recipe.referee.duration_s:.1f} s"
         return MatchInfo(
             match_id=recipe.match_id, source=f"{recipe.match_id}.mcap", format="world",
-            home=recipe.home.kind, away=recipe.away.kind, pitch=recipe.pitch, periods=self.laws.periods(),
+            home=recipe.home.name, away=recipe.away.name, pitch=recipe.pitch, periods=self.laws.periods(),
             seed=recipe.seed, settings=recipe.model_dump(mode="json"), software=RELEASE,
             complete=not left, incomplete_reason=why if left else None,
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from pydantic import Field, field_validator
@@ -10,6 +11,7 @@ from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.teams.clock import PAPER, ClockSettings
+from pipeline.arena.teams.constant import PREFIX
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.table import TeamKind
 from pipeline.pitch import PITCHES, Kind, Pitch
@@ -59,6 +61,11 @@ class TeamSettings(Frozen):
     clock_s: float = Field(default=_CLOCK_S, gt=0, exclude_if=lambda clock_s: clock_s == _CLOCK_S)
     blind: bool = Field(default=False, exclude_if=lambda blind: not blind)
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)
+
+    @property
+    def name(self) -> str:
+        """Name of the team in logs: its kind, or the word of the constant team that it is."""
+        return self.policy if self.policy is not None and self.policy.startswith(PREFIX) else self.kind
 
 
 class MatchSettings(Frozen):
@@ -127,4 +134,5 @@ class Recipe(MatchSettings):
     @property
     def match_id(self) -> str:
         """Id of the match: teams, seed, and a hash of the whole recipe."""
-        return f"{self.home.kind}-{self.away.kind}-{self.seed}-{fingerprint(self)[:12]}"
+        teams = re.sub("[^a-z0-9-]", "-", f"{self.home.name}-{self.away.name}")
+        return f"{teams}-{self.seed}-{fingerprint(self)[:12]}"

@@ -16,7 +16,8 @@ from schemas import ROLES, Policies
 #: Name of the constant team that a search found best, and the file that the search wrote beside this module.
 BEST, BEST_FILE = "best-constant", "best-constant.json"
 
-_PREFIX = "constant:"
+#: What the words of constant teams begin with.
+PREFIX = "constant:"
 _CODE = re.compile(r"[0-9]{1,3}")
 
 
@@ -31,7 +32,7 @@ class Constant(NamedTuple):
     def word(self) -> str:
         """Name of the team: ``constant:044``, or ``constant:044/021/021`` if roles differ."""
         said = [f"{code:03d}" for code in self]
-        return _PREFIX + (said[0] if len(set(said)) == 1 else "/".join(said))
+        return PREFIX + (said[0] if len(set(said)) == 1 else "/".join(said))
 
     def policy(self) -> pl.DataFrame:
         """Rows of schema Policies: one behaviour of one code in the only state of each role."""
@@ -66,9 +67,9 @@ def constant(word: str) -> Constant | None:
     """
     if word == BEST:
         return best_constant()
-    if not word.startswith(_PREFIX):
+    if not word.startswith(PREFIX):
         return None
-    codes = word.removeprefix(_PREFIX).split("/")
+    codes = word.removeprefix(PREFIX).split("/")
     if len(codes) not in (1, len(ROLES)) or not all(_CODE.fullmatch(code) for code in codes):
         raise BadSettings("a constant team has one code, or three", where=repr(word), next_step=(
             "Name it like constant:044, or constant:044/021/021 for goalkeeper, midfield and striker"))
