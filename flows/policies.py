@@ -112,9 +112,10 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
 
 
 def _last_played(store: Store, matches: list[Known]) -> list[Receipt]:
-    """The newest of some matches in which a player chose; none if no player did."""
+    """The newest of some matches in which a player chose; none if no player did, or it is there no more."""
     chosen = (each.match for each in reversed(matches) if _choosing(each.receipt, each.match))
-    return [need(store, "matches", match) for match in islice(chosen, 1)]
+    found = (store.receipt("matches", match) for match in islice(chosen, 1))
+    return [receipt for receipt in found if receipt is not None]
 
 
 def _plays(inputs: Inputs) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -22,7 +21,7 @@ from schemas import Games
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
-from support.window import button, key, script  # noqa: E402
+from support.window import button, key, script, without_pygame  # noqa: E402
 
 from pipeline.arena.window.painting import Picture  # noqa: E402
 from pipeline.arena.window.screen import Window  # noqa: E402
@@ -207,9 +206,7 @@ def test_no_window(call, monkeypatch, tmp_path):
         code, _, error = call(*words)
     assert code == 1
     assert "no window can be opened" in error
-    for module in [name for name in sys.modules if name.startswith("pipeline.arena.window")]:
-        monkeypatch.delitem(sys.modules, module)
-    monkeypatch.setitem(sys.modules, "pygame", None)
+    without_pygame(monkeypatch)
     code, _, error = call(*words)
     assert error == ("pitchlore: season: its window needs pygame-ce, which is not installed. "
                      "Install the extra pitchlore[play].\n")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 import time
 from itertools import pairwise
 
@@ -23,7 +22,7 @@ from schemas import Matches, Referee
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
-from support.window import button, key, script  # noqa: E402
+from support.window import button, key, script, without_pygame  # noqa: E402
 
 from pipeline.arena.window import screen  # noqa: E402
 from pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
@@ -368,9 +367,7 @@ class TestPlay:
 
 def test_without_pygame(monkeypatch, capsys, tmp_path):
     """Without pygame, play says in one line how to install it."""
-    for module in [name for name in sys.modules if name.startswith("pipeline.arena.window")]:
-        monkeypatch.delitem(sys.modules, module)
-    monkeypatch.setitem(sys.modules, "pygame", None)
+    without_pygame(monkeypatch)
     code, out, error = call(capsys, "--data", tmp_path)
     assert (code, out) == (1, "")
     assert error == ("pitchlore: play: its window needs pygame-ce, which is not installed. "

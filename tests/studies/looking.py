@@ -11,7 +11,7 @@ team with the late camera predicts was chosen after its first five seasons, whic
 has seasons and matches of fresh seeds. So have the apprentices of ``looking-all``, which are offered all 31 actions
 and not only those that they watched: ten seasons of each (``studies.imitation``) showed that they play better. Their
 matches with cameras that disturb, and their seasons with the late one, were added when their other matches were known.
-Apprentices of ``looking`` have watched 23 to 27 of the 31 actions in a role after the first game, and nearly all
+Apprentices of ``looking`` have watched 21 to 31 of the 31 actions in a role after the first game, and nearly all
 after the third: the two learners hardly differ. So ``together.csv`` has the ten apprentices of both.
 
 ``results.csv`` has a row for each apprentice, arm and opponent, ``controls.csv`` the same of teams that learn
