@@ -12,6 +12,7 @@ from studies.peers.teams import OURS, STATIC, WHOLE, Team
 
 from pipeline.arena.teams.panel import PANEL
 from pipeline.statistics import mean_interval
+from schemas.table import called
 
 #: What rows are made of: trainings of one learner after as many matches.
 _ROW = ("learner", "matches")
@@ -48,7 +49,7 @@ def markdown(found: pl.DataFrame) -> str:
     order = whole.filter(opponent=STATIC).sort("difference", descending=True)
     if not order.filter(learner=STATIC).height:  # it does not play against itself
         order = pl.concat([order, whole.filter(learner=STATIC).unique(_ROW)])
-    lines = ["| | matches | trainings | " + " | ".join(PANEL) + " |", "|---|---|---|" + "---|" * len(PANEL)]
+    lines = ["| | matches | trainings | " + " | ".join(map(called, PANEL)) + " |", "|---|---|---|" + "---|" * len(PANEL)]
     for each in order.iter_rows(named=True):
         own = whole.filter(learner=each["learner"], matches=each["matches"])
         cells = [_cell(own.filter(opponent=opponent)) for opponent in PANEL]
