@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals usual-codes football ball-goals paradigms peers seasons sensitivity looking trial imitation soak bench-scale golden \
+  teams-apart expected-goals usual-codes football ball-goals paradigms peers check-env seasons sensitivity looking trial imitation soak bench-scale golden \
   notebooks lock clean
 
 help:  ## list the targets
@@ -145,6 +145,9 @@ peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on t
 	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA) --seeds $(SEEDS)
 
 SEEDS ?= 2101
+check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments (it needs torch, so `make test` skips it)
+	$(VENV)-sb3/bin/python -m pytest tests/test_env.py
+
 $(VENV)-sb3/.ready: requirements.lock tests/studies/peers/sb3.txt
 	$(PYTHON) -m venv --clear $(VENV)-sb3
 	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --require-hashes -r requirements.lock
