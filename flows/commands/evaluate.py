@@ -13,7 +13,17 @@ from cyclopts import Parameter
 
 from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
-from flows.commands.playing import AS_LEARNED, AS_USUAL, MINUTES, TEAM_WORDS, Learners, Many, Playing, Seed
+from flows.commands.playing import (
+    AS_LEARNED,
+    AS_USUAL,
+    MINUTES,
+    TEAM_WORDS,
+    Learners,
+    Many,
+    Playing,
+    Seed,
+    option,
+)
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.evaluations import evaluate
 from flows.placement.places import crew_at
@@ -232,7 +242,6 @@ def _export(store: Store, one: _Measurement, folder: Path) -> None:
 
 def _option(name: str, word: object) -> str:
     """An option as it is given."""
-    said = name.replace("_", "-")
     if isinstance(word, bool):
-        return f"--{said}" if word else f"--no-{said}"
-    return f"--{said} {word}"
+        return option(name if word else f"no_{name}")
+    return f"{option(name)} {word}"

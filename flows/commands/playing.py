@@ -131,7 +131,7 @@ class Learners:
         policies: dict[str, PolicyTables] = {}
         asked = asdict(self)
         teams = [entrant(store, word, policies, **asked) for word in words]
-        said = ", ".join(_option(name) for name, value in asked.items() if value is not None)
+        said = ", ".join(option(name) for name, value in asked.items() if value is not None)
         if said and all(team.settings.kind != "learned" for team in teams):
             raise BadSettings(f"no learned team plays, only {' and '.join(words)}", where=said,
                               next_step="Leave it out, or name learned, learned:VERSION or a season's id")
@@ -140,13 +140,13 @@ class Learners:
                                      (_OF_STATES, False, "a team that looks behaviours up in states")):
             given = [name for name in names if asked[name] is not None]
             if given and wanted not in looks:
-                raise BadSettings(f"only {whose} has this", where=", ".join(map(_option, given)), next_step=(
+                raise BadSettings(f"only {whose} has this", where=", ".join(map(option, given)), next_step=(
                     "Leave it out, or name such a team (its policy's learner is \"sight\")" if wanted
                     else "Leave it out"))
         return teams, policies
 
 
-def _option(name: str) -> str:
+def option(name: str) -> str:
     """The option of a field."""
     return f"--{name.replace('_', '-')}"
 

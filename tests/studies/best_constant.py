@@ -2,8 +2,8 @@
 
 ``PYTHONPATH=tests python -m studies.best_constant pipeline/arena/teams/best-constant.json`` (a few minutes; two
 processes) writes the file that the team best-constant plays from. The laws and the time of play are those
-of an apprentice of the settings ``best``, the clock is the paper's: 35 games and 3 further matches beside each, 140 matches of 8
-minutes against the static team. The seeds are used for nothing else.
+of an apprentice of the settings ``best``: 35 games and 3 further matches beside each, 140 matches of 8 minutes
+against the static team. The clock is the paper's. The seeds are used for nothing else.
 
 The search has four stages of the same time. The first compares the teams whose robots all take one code. Each
 later one compares the codes of one role, striker, midfield, goalkeeper, given the best codes of the others so

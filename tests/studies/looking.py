@@ -99,8 +99,6 @@ class Arm(NamedTuple):
     predict_s: float | None = None
 
 
-
-
 def _disturbed(arm: Arm, prefix: str = "") -> list[Arm]:
     """The arms in which a camera's usual noise disturbs the apprentices of an arm, with three kinds of ground."""
     rolling = {"": 1.0, ", rolling -50%": 0.5, ", rolling +50%": 1.5}
