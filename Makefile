@@ -140,11 +140,10 @@ imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways
 transfer: $(READY)  ## does a team play in others' simulators as in our arena? (a quarter of an hour for each; RSIM, PSIM, TEAMS)
 	PYTHONPATH=tests $(BIN)/python -m studies.transfer data/studies/transfer $(or $(RSIM),-) $(or $(PSIM),-) $(STUDY_DATA) $(TEAMS)
 
-# Each peer's library has an environment of its own. With SEEDS="2101 2102 2103" there are three trainings of each.
-peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (two hours for one seed)
-	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA) --seeds $(SEEDS)
+# Each peer's library has an environment of its own. It takes the apprentices that `make looking` has trained.
+peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (five hours)
+	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA)
 
-SEEDS ?= 2101
 check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments (it needs torch, so `make test` skips it)
 	$(VENV)-sb3/bin/python -m pytest tests/test_env.py
 

@@ -262,6 +262,20 @@ def test_learns_nothing_from_shuffled_actions():
     assert abs(gain[up].mean() - gain[~up].mean()) < 0.02, "0.2 in truth"
 
 
+def test_learns_no_places_from_drawn_sights():
+    """The control of looking: with sights of other moments no place is told apart, and what is always worse still is."""
+    sight, code, change = two_places(1)
+    found, kept = appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88]),
+                           SMALL.model_copy(update={"sights": "drawn", "least_share": 0.0}), 1)
+    appraiser, _ = appraiser_of(kept, found)
+    new = two_places(2)[0][:500]
+    up = new[:, PLACE["ball_x"]] > 0
+    gain = np.array([worth(appraiser, 1, each) - worth(appraiser, 2, each) for each in new])
+    assert abs(gain[up].mean() - gain[~up].mean()) < 0.02, "0.2 in truth"
+    worst = np.array([worth(appraiser, 1, each) - worth(appraiser, 3, each) for each in new])
+    assert worst.mean() > 0.1, "0.2 in truth"
+
+
 def test_little_evidence_is_shrunk():
     """An action that was chosen a few times has its mean alone, of what is left of it: next to nothing."""
     sight, code, change = two_places(1)

@@ -65,6 +65,8 @@ ALL_SEEDS = range(2_300_000, 2_300_050)
 #: The same of those among them whose camera is late.
 ALL_LATE_SEASONS = range(2031, 2036)
 ALL_LATE_SEEDS = range(2_400_000, 2_400_050)
+#: Seasons of the apprentices that are trained on sights of other moments; their matches have ALL_SEEDS.
+DRAWN_SEASONS = range(2041, 2046)
 #: Seeds of the logged matches.
 LOGGED = range(2_100_000, 2_100_004)
 STATIC, CONSTANT = "static", "best-constant"
@@ -127,6 +129,8 @@ ARMS = (
     Arm("actions shuffled in training", (STATIC,), trained="looking-shuffled"),
     _ALL,
     _ALL_BLIND,
+    _ALL._replace(name="all actions offered, sights drawn in training", opponents=(STATIC, CONSTANT),
+                  trained="looking-drawn", seasons=DRAWN_SEASONS),
     *DISTURBED[ALL],
 )
 #: Arms that differ only in whether all actions were offered.

@@ -1,13 +1,15 @@
 """Train a peer of stable-baselines3 by playing, and keep its network at several numbers of matches.
 
 ``PYTHONPATH=tests .venv-sb3/bin/python -m studies.peers.online LEARNER SEED FOLDER --matches 1400`` writes
-``FOLDER/LEARNER-SEED-MATCHES.npz``. With ``--minutes`` it stops after so many minutes instead.
+``FOLDER/LEARNER-SEED-MATCHES.npz``. With ``--minutes`` it stops after so many minutes of one core instead. A
+training that was stopped goes on from its last whole state, with the same result as one that was not.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import time
 from itertools import count
 from pathlib import Path
@@ -20,6 +22,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from studies.peers.network import Network, of_modules
 from studies.peers.pitch import Pitches
+from studies.peers.playing import KEPT
 from studies.peers.worth import Worth
 
 from pipeline.arena.teams.panel import PANEL
@@ -28,26 +31,25 @@ from pipeline.arena.teams.panel import PANEL
 OPPONENT = PANEL[0]
 #: Matches at once; transitions of a match: a step each 0.2 s of 8 minutes, of three robots.
 AT_ONCE, TRANSITIONS = 20, 2400 * 3
-#: Matches after which the network is kept.
-KEPT = (20, 40, 80, 140, 280, 560, 1_000, 1_400, 2_800, 5_600, 11_200)
+#: Matches after which the whole state is kept. No match, and no batch of PPO, is then under way.
+SAVED_EACH = 200
 #: Discount of a step: a goal in 20 s counts e times less.
 DISCOUNT = 0.99
-#: Matches in which DQN goes from random actions to its last share of them.
-EXPLORED = 40
+#: Matches in which DQN goes from random actions to its last share of them, and of the longest training.
+EXPLORED, MOST = 40, 100_000
 #: Matches of a learner and seed have seeds from here on, far from all that are evaluated.
 FIRST_SEED, APART = 3_000_000_000, 1_000_000
 
 
-def learner_of(name: str, pitches: Pitches, seed: int, matches: int) -> BaseAlgorithm:
+def learner_of(name: str, pitches: Pitches, seed: int) -> BaseAlgorithm:
     """The learner of a name: ``ppo`` or ``dqn``, with ``-v`` if V is in its reward."""
-    torch.set_num_threads(1)
     common: dict[str, Any] = {"seed": seed, "device": "cpu", "gamma": DISCOUNT}
     if name.startswith("ppo"):
         return PPO("MlpPolicy", pitches, n_steps=64, batch_size=960, n_epochs=6, learning_rate=5e-4,
                    ent_coef=0.01, **common)
     return DQN("MlpPolicy", pitches, learning_rate=2.5e-4, buffer_size=500_000, batch_size=256, train_freq=1,
                gradient_steps=3, learning_starts=20_000, target_update_interval=10_000,
-               exploration_fraction=min(1.0, EXPLORED / matches), **common)
+               exploration_fraction=EXPLORED / MOST, **common)
 
 
 def network_of(model: BaseAlgorithm) -> Network:
@@ -58,50 +60,104 @@ def network_of(model: BaseAlgorithm) -> Network:
     return of_modules(list(policy.q_net.q_net))
 
 
-class Keeping(BaseCallback):
-    """Keeps the network each time enough matches are over, and stops after a time.
+class Training(BaseCallback):
+    """Keeps the network at numbers of matches, the whole state each ``SAVED_EACH`` matches, and stops.
 
     Args:
         pitches: the matches.
         stem: path of the files, without the number of matches.
-        kept: numbers of matches.
-        minutes: time to train, None: no limit.
+        seed: of the training.
+        matches: after which it stops, None: no limit.
+        minutes: of one core after which it stops, None: no limit.
     """
 
-    def __init__(self, pitches: Pitches, stem: Path, kept: list[int], minutes: float | None) -> None:
+    def __init__(self, pitches: Pitches, stem: Path, seed: int, matches: int | None, minutes: float | None) -> None:
         super().__init__()
-        self._pitches, self._stem, self._left = pitches, stem, kept
-        self._end = None if minutes is None else time.monotonic() + 60 * minutes
-        self._begun, self._cpu = time.monotonic(), time.process_time()
+        self._pitches, self._stem, self._seed = pitches, stem, seed
+        self._matches = matches
+        self._end = None if minutes is None else 60 * minutes
+        self._spent, self._saved = -time.process_time(), 0
+
+    @property
+    def _over(self) -> int:
+        """Matches that are over."""
+        return len(self._pitches.differences)
+
+    @property
+    def _state(self) -> Path:
+        return self._stem.with_name(f"{self._stem.name}-state")
+
+    def begun(self, name: str) -> BaseAlgorithm:
+        """The learner as it was kept last, or a new one."""
+        if not self._state.exists():
+            return learner_of(name, self._pitches, self._seed)
+        kept = json.loads((self._state / "kept.json").read_text())
+        self._spent += kept["cpu_seconds"]
+        self._pitches.resume(kept["differences"])
+        kind = PPO if name.startswith("ppo") else DQN
+        model = kind.load(self._state / "model.zip", env=self._pitches, device="cpu")
+        if isinstance(model, DQN):
+            model.load_replay_buffer(self._state / "replay.pkl")
+        self._saved = self._over
+        model.set_random_seed(self._seed + self._over)
+        return model
+
+    def _on_rollout_start(self) -> None:
+        if self._over != self._saved and not self._over % SAVED_EACH:
+            self._save()
+            self.model.set_random_seed(self._seed + self._over)  # as a training that goes on from here
+
+    def _save(self) -> None:
+        """Keep the whole state; a state that is there is whole."""
+        aside = self._state.with_suffix(".part")
+        shutil.rmtree(aside, ignore_errors=True)
+        aside.mkdir()
+        self.model.save(aside / "model.zip")
+        if isinstance(self.model, DQN):
+            self.model.save_replay_buffer(aside / "replay.pkl")
+        said = {"cpu_seconds": self._spent + time.process_time(), "differences": self._pitches.differences}
+        (aside / "kept.json").write_text(json.dumps(said), encoding="utf-8")
+        shutil.rmtree(self._state, ignore_errors=True)
+        aside.rename(self._state)
+        self._saved = self._over
 
     def _on_step(self) -> bool:
-        if self._left and len(self._pitches.differences) >= self._left[0]:
-            self.keep(self._left.pop(0))
-        return self._end is None or time.monotonic() < self._end
+        if self._over in KEPT:
+            self.keep()
+        return not self.done
 
-    def keep(self, matches: int) -> None:
-        """Keep the network of so many matches."""
-        network_of(self.model).save(self._stem.with_name(f"{self._stem.name}-{matches}.npz"))
-        said = {"learner": self._stem.name, "matches": matches, "seconds": round(time.monotonic() - self._begun),
-                "cpu_seconds": round(time.process_time() - self._cpu),
+    @property
+    def done(self) -> bool:
+        """Whether it has played, or worked, as long as it was to."""
+        late = self._end is not None and self._spent + time.process_time() >= self._end
+        return late or (self._matches is not None and self._over >= self._matches)
+
+    def keep(self) -> None:
+        """Keep the network as it is, unless that of so many matches is there."""
+        path = self._stem.with_name(f"{self._stem.name}-{self._over}.npz")
+        if path.exists():
+            return
+        network_of(self.model).save(path)
+        said = {"learner": self._stem.name, "matches": self._over,
+                "cpu_seconds": round(self._spent + time.process_time()),
                 "difference": float(np.mean(last)) if (last := self._pitches.differences[-AT_ONCE:]) else None}
         with self._stem.with_name("training.jsonl").open("a", encoding="utf-8") as lines:
             lines.write(json.dumps(said) + "\n")
 
 
-def train(name: str, seed: int, folder: Path, matches: int, minutes: float | None) -> None:
+def train(name: str, seed: int, folder: Path, matches: int | None, minutes: float | None) -> None:
     """Train a learner, and keep its networks."""
+    torch.set_num_threads(1)
     folder.mkdir(parents=True, exist_ok=True)
     worth = Worth(DISCOUNT) if name.endswith("-v") else None
     pitches = Pitches(AT_ONCE, count(FIRST_SEED + seed * APART), OPPONENT, worth)
-    model = learner_of(name, pitches, seed, matches)
-    stem = folder / f"{name}-{seed}"
-    kept = [each for each in KEPT if minutes is not None or each < matches]
-    keeping = Keeping(pitches, stem, kept, minutes)
-    keeping.init_callback(model)
-    keeping.keep(0)
-    model.learn(matches * TRANSITIONS, callback=keeping)
-    keeping.keep(len(pitches.differences))
+    training = Training(pitches, folder / f"{name}-{seed}", seed, matches, minutes)
+    model = training.begun(name)
+    training.init_callback(model)
+    if not training.done:
+        training.keep()
+        model.learn(MOST * TRANSITIONS - model.num_timesteps, callback=training, reset_num_timesteps=False)
+        training.keep()
     pitches.close()
 
 
@@ -111,7 +167,7 @@ def main() -> None:
     said.add_argument("learner", choices=("ppo", "ppo-v", "dqn", "dqn-v"))
     said.add_argument("seed", type=int)
     said.add_argument("folder", type=Path)
-    said.add_argument("--matches", type=int, default=1_400)
+    said.add_argument("--matches", type=int)
     said.add_argument("--minutes", type=float)
     given = said.parse_args()
     train(given.learner, given.seed, given.folder, given.matches, given.minutes)

@@ -42,6 +42,12 @@ class Pitches(VecEnv):
         self.differences: list[int] = []
         super().__init__(matches * self._robots, first.observation_space(agent), first.action_space(agent))
 
+    def resume(self, differences: list[int]) -> None:
+        """Go on after matches that ended so; call it before :meth:`reset`."""
+        self.differences = differences
+        for _ in differences:
+            next(self._coming)
+
     def reset(self) -> VecEnvObs:
         """Begin all matches anew."""
         seen = [self._begin(pitch) for pitch in self._pitches]

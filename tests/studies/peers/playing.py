@@ -15,6 +15,8 @@ from pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pipeline.arena.match.environment import Side
 from pipeline.store.receipts import digest
 
+#: Matches after which a learner's network is kept and measured.
+KEPT = (20, 40, 80, 140, 280, 560, 1_000, 1_400, 2_800, 5_600, 11_200)
 #: Seconds of a step: the clock of the team that looks.
 STEP_S = 0.2
 #: The word for a team that takes any action, in place of a network's path.

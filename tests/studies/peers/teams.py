@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
-from studies.looking import USUAL
-from studies.peers.playing import ANY, played
+from studies.looking import ALL, ALL_SEASONS, USUAL
+from studies.peers.playing import ANY, KEPT, played
 
 from flows.evaluations import evaluate, stored
 from flows.teams import Player, apprentice, entrant, labelled
@@ -19,14 +19,16 @@ from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair
 
 STATIC = PANEL[0]
-#: Settings of our apprentices' seasons; matches of a game of theirs.
-SETTINGS, GAME = "looking", 10
-#: Learners that play, and those that learn from what our apprentice's season logged.
-ONLINE, OFFLINE = ("ppo", "ppo-v", "dqn", "dqn-v"), ("bc", "cql", "cql-v")
-#: The row of our apprentices, and of the networks that nobody trained.
-OURS, UNTRAINED = "apprentice that looks", "ppo untrained"
+#: Matches of a game of our apprentices' seasons.
+GAME = 10
 #: Matches of a season.
 ONCE = 140
+#: Learners that play, and how many matches; the first training of the long ones goes on for hours.
+ONLINE, LONG = {"ppo": 10 * ONCE, "dqn": 10 * ONCE, "ppo-v": ONCE, "dqn-v": ONCE}, ("ppo", "dqn")
+#: Learners that learn from what our apprentice's season logged.
+OFFLINE = ("bc", "cql", "cql-v")
+#: The row of our apprentices, and of the networks that nobody trained.
+OURS, UNTRAINED = "apprentice that looks", "ppo untrained"
 #: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
 WHOLE = (0, ONCE, 10 * ONCE)
 
@@ -51,7 +53,7 @@ class Team(NamedTuple):
 
 def season_of(seed: int) -> str:
     """The id of our apprentice's season."""
-    return f"{SETTINGS}-static-{seed}"
+    return f"{ALL}-static-{seed}"
 
 
 def networks(data: Path) -> Path:
@@ -59,30 +61,23 @@ def networks(data: Path) -> Path:
     return data / "peers" / "networks"
 
 
-def teams(data: Path, seeds: Sequence[int], kept: Sequence[int]) -> Iterator[Team]:
-    """The teams that are there: controls, our apprentices, peers.
-
-    Args:
-        data: the data folder.
-        seeds: of the trainings.
-        kept: numbers of matches at which learners are measured; the peers' last one is, too.
-    """
+def teams(data: Path) -> Iterator[Team]:
+    """The teams that are in the data folder: controls, our apprentices, peers."""
     for word in (STATIC, BEST):
         yield Team(word, None, 0, word)
     yield Team(ANY, None, 0, ANY)
     store = Store(data)
-    for seed in seeds:
+    for seed in ALL_SEASONS:
         if store.receipt("seasons", season_of(seed)) is not None:
-            for matches in kept:
-                if 0 < matches <= ONCE:
+            for matches in KEPT:
+                if matches <= ONCE:
                     yield Team(OURS, seed, matches, season_of(seed), matches // GAME)
         for learner in (*OFFLINE, *ONLINE):
-            there = sorted((int(path.stem.rsplit("-", 1)[1]), path)
-                           for path in networks(data).glob(f"{learner}-{seed}-*.npz"))
-            for matches, path in there:
-                if matches > 0 and (matches in kept or matches == there[-1][0]):
+            for path in networks(data).glob(f"{learner}-{seed}-*.npz"):
+                matches = int(path.stem.rsplit("-", 1)[1])
+                if matches > 0:
                     yield Team(learner, seed, matches, str(path))
-                elif matches == 0 and learner == ONLINE[0]:
+                elif learner == LONG[0]:
                     yield Team(UNTRAINED, seed, 0, str(path))
 
 
