@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals usual-codes football ball-goals paradigms peers check-env seasons sensitivity looking trial imitation soak bench-scale golden \
+  teams-apart expected-goals usual-codes football ball-goals paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden \
   notebooks lock clean
 
 help:  ## list the targets
@@ -133,6 +133,10 @@ looking: $(READY)  ## does a team that looks win? apprentices against the panel,
 trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA)
 
+# It takes results of seasons, imitation and peers.
+tried: $(READY)  ## which kinds of learners were tried, their curves (seconds)
+	PYTHONPATH=tests $(BIN)/python -m studies.tried data/studies
+
 imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways to watch, and of none (three hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)
 
@@ -144,8 +148,8 @@ transfer: $(READY)  ## does a team play in others' simulators as in our arena? (
 peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (five hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA)
 
-check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments (it needs torch, so `make test` skips it)
-	$(VENV)-sb3/bin/python -m pytest tests/test_env.py
+check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments, and its trainings (`make test` skips them: they need torch)
+	$(VENV)-sb3/bin/python -m pytest tests/test_env.py tests/test_peers_study.py
 
 $(VENV)-sb3/.ready: requirements.lock tests/studies/peers/sb3.txt
 	$(PYTHON) -m venv --clear $(VENV)-sb3

@@ -24,11 +24,11 @@ from flows.commands.printing import print_frame
 from flows.commands.run import _print_rounds
 from flows.commands.run import run as run_command
 from flows.commands.situations import situations as situations_command
+from pipeline.arena.match.recipe import slug
 from pipeline.arena.teams.panel import PANEL
 from pipeline.pitch import Kind
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
-from pipeline.studies.evaluations import slug
 from schemas import PUBLIC
 
 

@@ -13,12 +13,12 @@ from flows import evaluations as flow
 from flows.placement.processes import Processes
 from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import TeamSettings
+from pipeline.arena.match.recipe import TeamSettings, slug
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import BadSettings, NotFound, WorkerLost
 from pipeline.statistics import wilson
 from pipeline.store import Store
-from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, slug, summarise
+from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
 from schemas import Evaluations, Policies
 
 pytestmark = pytest.mark.slow

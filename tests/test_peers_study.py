@@ -58,3 +58,23 @@ def test_curve():
     assert lines[0] == f"| against static after | {OURS} | ppo |"
     assert lines[2].startswith("| 140 matches | +3.0 [−9.0, 9.0] | +5.0 [")
     assert len(lines) == 3
+
+
+@pytest.mark.parametrize("learner", ["ppo", "dqn"])
+def test_stopped(learner, tmp_path, monkeypatch):
+    """A training that was stopped goes on from its last whole state, and ends with the same network."""
+    pytest.importorskip("stable_baselines3", reason="`make check-env` has it")
+    from studies.peers import online  # only now: it needs torch
+
+    monkeypatch.setattr(online, "AT_ONCE", 5)
+    monkeypatch.setattr(online, "SAVED_EACH", 10)
+    whole, stopped = tmp_path / "whole", tmp_path / "stopped"
+    online.train(learner, 1, whole, 20, None)
+    online.train(learner, 1, stopped, 15, None)
+    online.train(learner, 1, stopped, 20, None)
+    last = f"{learner}-1-20.npz"
+    assert (whole / last).read_bytes() == (stopped / last).read_bytes()
+    assert (stopped / f"{learner}-1-15.npz").read_bytes() != (whole / last).read_bytes()
+    before = (stopped / "training.jsonl").read_text()
+    online.train(learner, 1, stopped, 20, None)
+    assert (stopped / "training.jsonl").read_text() == before, "it has played long enough"

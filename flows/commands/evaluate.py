@@ -28,11 +28,12 @@ from flows.commands.printing import bars, console, print_frame, print_json, prin
 from flows.evaluations import evaluate
 from flows.placement.places import crew_at
 from flows.progress import listener
+from pipeline.arena.match.recipe import slug
 from pipeline.arena.teams.panel import PANEL
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.receipts import software
-from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, slug, summarise
+from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 

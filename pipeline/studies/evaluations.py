@@ -8,7 +8,6 @@ interval is the pair.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import compress
 from typing import NamedTuple
@@ -17,7 +16,7 @@ import polars as pl
 
 from pipeline.arena.match.controllers import Decided, PolicyTables, controllers_of
 from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.statistics import mean_interval, wilson
 from pipeline.store.receipts import fingerprint
@@ -27,11 +26,6 @@ from schemas.decisions import BRIEF_FRAMES
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000
-
-
-def slug(*teams: str) -> str:
-    """Names of teams as part of a file's name or an id: ``constant-044-021-021-static``."""
-    return re.sub(r"[^a-z0-9-]", "-", "-".join(teams))
 
 
 class Entrant(Frozen):

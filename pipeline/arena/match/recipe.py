@@ -116,6 +116,11 @@ def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
     )
 
 
+def slug(*teams: str) -> str:
+    """Names of teams as part of a file's name or an id: ``constant-044-021-021-static``."""
+    return re.sub(r"[^a-z0-9-]", "-", "-".join(teams))
+
+
 class Recipe(MatchSettings):
     """A match before it is played.
 
@@ -134,5 +139,4 @@ class Recipe(MatchSettings):
     @property
     def match_id(self) -> str:
         """Id of the match: teams, seed, and a hash of the whole recipe."""
-        teams = re.sub("[^a-z0-9-]", "-", f"{self.home.name}-{self.away.name}")
-        return f"{teams}-{self.seed}-{fingerprint(self)[:12]}"
+        return f"{slug(self.home.name, self.away.name)}-{self.seed}-{fingerprint(self)[:12]}"

@@ -1,0 +1,119 @@
+"""Which kinds of learners were tried against the static team: their curves, from the results of other studies.
+
+``PYTHONPATH=tests python -m studies.tried data/studies`` reads the games of ``seasons`` and ``imitation`` and the
+results of ``peers``, which are committed, and plays nothing. It writes ``looking/tried.csv`` and ``tried.png``.
+
+A season's point is its counted match after so many matches of play, its further ones included; a peer's is its
+evaluation. Means are over seasons or trainings, with Student's interval over them.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib as mpl
+import polars as pl
+from matplotlib.figure import Figure
+from studies.peers.teams import GAME, STATIC
+
+from pipeline.statistics import mean_interval
+
+
+class Kind(NamedTuple):
+    """A kind of learner.
+
+    Attributes:
+        said: of the legend.
+        study: folder of its results.
+        name: settings of its seasons, or learner of its trainings.
+        game: matches of a game, of a season.
+    """
+
+    said: str
+    study: str
+    name: str
+    game: int = 1
+
+
+KINDS = (
+    Kind("Sarsa(λ), one state a role (best)", "seasons", "best", 4),
+    Kind("Sarsa(λ), states of all elements (best-states)", "seasons", "best-states", 4),
+    Kind("trees on V's change, all actions (looking-all)", "imitation", "looking-all", GAME),
+    Kind("… watched actions (looking)", "imitation", "looking", GAME),
+    Kind("… actions appraised by watching (looking-imitates)", "imitation", "looking-imitates", GAME),
+    Kind("behaviour cloning of looking-all's log", "peers", "bc"),
+    Kind("offline Q-learning of it (CQL), goals", "peers", "cql"),
+    Kind("the same, V's change", "peers", "cql-v"),
+    Kind("PPO", "peers", "ppo"),
+    Kind("DQN", "peers", "dqn"),
+)
+
+
+def results(folder: Path) -> pl.DataFrame:
+    """Goal differences against the static team: study, name, seed, game (or matches), difference.
+
+    Args:
+        folder: that of the studies.
+    """
+    seasons, imitation, peers = (pl.read_csv(folder / path) for path in (
+        "seasons/games.csv", "imitation/games.csv", "peers/results.csv"))
+    parts = {
+        "seasons": seasons.filter(opponent=STATIC).select(
+            "seed", "game", name="settings", difference=pl.col("goals_for") - pl.col("goals_against")),
+        "imitation": imitation.select("seed", "game", name="settings", difference="difference"),
+        "peers": peers.filter(pl.col("matches") > 0, opponent=STATIC).select(
+            "seed", game="matches", name="learner", difference="difference"),
+    }
+    return pl.concat([own.select(pl.lit(study).alias("study"), "name", "seed", "game", pl.col("difference").cast(float))
+                      for study, own in parts.items()])
+
+
+def curves(found: pl.DataFrame) -> pl.DataFrame:
+    """A row for each kind and number of matches: kind, matches, apprentices, difference, low, high."""
+    rows = []
+    for kind in KINDS:
+        own = found.filter(study=kind.study, name=kind.name)
+        for (game,), each in own.group_by("game", maintain_order=True):
+            low, high = mean_interval(each["difference"].to_numpy()) or (None, None)
+            rows.append({"kind": kind.said, "matches": int(str(game)) * kind.game, "apprentices": each.height,
+                         "difference": each["difference"].mean(), "low": low, "high": high})
+    schema = {"kind": pl.String, "matches": pl.Int64, "apprentices": pl.Int64} | dict.fromkeys(
+        ("difference", "low", "high"), pl.Float64)
+    return pl.DataFrame(rows, schema=schema).sort(
+        pl.col("kind").cast(pl.Enum([kind.said for kind in KINDS])), "matches")
+
+
+def plot(found: pl.DataFrame, path: Path) -> None:
+    """The curves, and bands of their intervals."""
+    mpl.rcParams["svg.hashsalt"] = "pitchlore"
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    axes = figure.subplots()
+    for number, ((kind,), own) in enumerate(found.group_by("kind", maintain_order=True)):
+        x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
+        colour, marker = f"C{number}", "o" if own.height == 1 else None
+        axes.plot(x, y, color=colour, marker=marker, label=str(kind))
+        if own["low"].null_count() == 0:
+            axes.fill_between(x, own["low"].to_numpy(), own["high"].to_numpy(), color=colour, alpha=0.12, linewidth=0)
+    axes.axhline(0, color="grey", linewidth=0.8)
+    axes.set_ylim(-60, 20)  # bands of the first games, of three seasons, are wider
+    axes.set_xscale("log")
+    ticks = [4, 10, 20, 40, 80, 140, 280, 560, 1_400, 5_600]
+    axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
+    axes.minorticks_off()
+    axes.set_xlabel("matches of eight minutes against the static team")
+    axes.set_ylabel("goals a match more than the static team")
+    axes.legend(fontsize=8)
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+
+
+def main(folder: Path) -> None:
+    """Write the table and the plot."""
+    found = curves(results(folder))
+    found.write_csv(folder / "looking" / "tried.csv", float_precision=2)
+    plot(found, folder / "looking" / "tried.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
