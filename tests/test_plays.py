@@ -36,7 +36,9 @@ def test_a_policy_keeps_its_clock(tmp_path, text, kept):
 
 def test_options_of_the_other_kind(tmp_path, capsys):
     """An option that no team of a match has is refused before a match is played, in a line that says whose it is."""
-    for option, whose in (("--blind", "only a team that looks has this"), ("--clock-s=0.3", "only a team that looks has this")):
+    for option, whose in (("--blind", "only a team that looks (its policy's learner is \"sight\") has this"),
+                          ("--clock-s=0.3", "only a team that looks"),
+                          ("--lcb-weight=0.7", "only a team that looks behaviours up in states has this")):
         with pytest.raises(SystemExit, match="1"):
             main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
         assert f"{option.split('=')[0]}: {whose}" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from cyclopts.validators import Number
 from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import MatchSettings, match_settings
-from pipeline.arena.teams.constant import BEST
+from pipeline.arena.teams.constant import BEST, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
 from pipeline.store import Store
@@ -83,9 +83,15 @@ def _lasting(minutes: float) -> dict[str, Any]:
     return {"referee": {"duration_s": 60 * minutes}}
 
 
-#: Options of teams that choose by what they see, and of those that look behaviours up in states.
-_OF_SIGHT = ("blind", "clock_s")
-_OF_STATES = ("lcb_weight", "min_visits", "least_s", "interrupts", "begin_ended")
+_LOOKS = "a team that looks (its policy's learner is \"sight\")"
+_IN_STATES, _CONSTANT = "a team that looks behaviours up in states", "a constant team"
+_CLOCK = ("least_s", "interrupts", "begin_ended")
+#: Kinds of learned teams, and the options that each has.
+_OPTIONS = {
+    _LOOKS: ("explore", "blind", "predict_s", "clock_s"),
+    _IN_STATES: ("explore", "lcb_weight", "min_visits", "predict_s", *_CLOCK),
+    _CONSTANT: ("predict_s", *_CLOCK),
+}
 
 
 @Parameter(name="*")
@@ -126,7 +132,7 @@ class Learners:
 
         Raises:
             NotFound, BadSettings: see :func:`flows.teams.entrant`.
-            BadSettings: if options of learned teams are given and none of the teams is one that has them.
+            BadSettings: if an option is given that none of the teams has.
         """
         policies: dict[str, PolicyTables] = {}
         asked = asdict(self)
@@ -135,14 +141,14 @@ class Learners:
         if said and all(team.settings.kind != "learned" for team in teams):
             raise BadSettings(f"no learned team plays, only {' and '.join(words)}", where=said,
                               next_step="Leave it out, or name learned, learned:VERSION or a season's id")
-        looks = {tables.appraisals is not None for tables in policies.values()}
-        for names, wanted, whose in ((_OF_SIGHT, True, "a team that looks"),
-                                     (_OF_STATES, False, "a team that looks behaviours up in states")):
-            given = [name for name in names if asked[name] is not None]
-            if given and wanted not in looks:
-                raise BadSettings(f"only {whose} has this", where=", ".join(map(option, given)), next_step=(
-                    "Leave it out, or name such a team (its policy's learner is \"sight\")" if wanted
-                    else "Leave it out"))
+        kinds = {_CONSTANT if constant(word) is not None else
+                 _LOOKS if policies[team.settings.policy].appraisals is not None else _IN_STATES
+                 for word, team in zip(words, teams, strict=True) if team.settings.policy is not None}
+        for name, value in asked.items():
+            having = [kind for kind, names in _OPTIONS.items() if name in names]
+            if value is not None and not kinds.intersection(having):
+                raise BadSettings(f"only {' or '.join(having)} has this", where=option(name),
+                                  next_step="Leave it out, or name such a team")
         return teams, policies
 
 
