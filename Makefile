@@ -123,8 +123,8 @@ ball-goals: $(READY)  ## are goals found from the ball those of the score? (five
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
 
-best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (three minutes)
-	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json
+best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (a quarter of an hour)
+	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant
 
 looking: $(READY)  ## does a team that looks win? apprentices against the panel, and blind (five hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)

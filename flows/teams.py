@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
-from pipeline.arena.teams.constant import BEST, constant
+from pipeline.arena.teams.constant import BEST, clock_of, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
@@ -44,7 +44,7 @@ def entrant(
         predict_s: for a learned team; None means as it played when it learned, else 0.
         clock_s: for a learned team that looks, see ``TeamSettings``; None likewise.
         least_s: for a learned or a constant team, see ``ClockSettings``, as the next two; None means as it
-            played when it learned, else the paper's.
+            played when it learned, or was found, else the paper's.
         interrupts: likewise.
         begin_ended: likewise.
 
@@ -61,7 +61,8 @@ def entrant(
     if control is not None:
         policies[control.word] = PolicyTables(control.policy())
         name = word if word == BEST else control.word
-        team = Entrant(name=name, settings=TeamSettings(kind="learned", policy=control.word))
+        settings = TeamSettings(kind="learned", policy=control.word, clock=clock_of(word))
+        team = Entrant(name=name, settings=settings)
     else:
         if word == "learned" or version.isdecimal():
             manifest = policy(store, None if word == "learned" else int(version))
@@ -76,9 +77,9 @@ def entrant(
         "explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits, "blind": blind,
         "predict_s": predict_s, "clock_s": clock_s,
     }
-    settings = team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
-    settings["clock"] = team.settings.clock.model_dump() | clock
-    return team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
+    said = team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
+    said["clock"] = team.settings.clock.model_dump() | clock
+    return team.model_copy(update={"settings": TeamSettings.model_validate(said)})
 
 
 class Player(NamedTuple):

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import json
 from importlib import resources
+from itertools import cycle
 
 import numpy as np
+import polars as pl
 import pytest
-from studies.best_constant import BUDGET_MINUTES, FIRST_SEED, difference, search
+from conftest import ROOT
+from studies.best_constant import BUDGET_MINUTES, CLOCKS, FINAL_PAIRS, FIRST_SEEDS, difference, search
 
 from flows.teams import entrant
-from pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant
+from pipeline.arena.teams.clock import PAPER, ClockSettings
+from pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant, clock_of
 from pipeline.arena.teams.executors.actions import CODES
 from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
 from schemas import ROLES
+
+RESULTS = ROOT / "data/studies/best-constant"
 
 
 def file():
@@ -64,21 +70,35 @@ def test_fair(codes):
 
 
 def test_file():
-    """The file is of a whole search: each of its codes came first in its stage, in the time that an apprentice has."""
-    said = file()
-    last = {each["stage"]: int(next(iter(each["values"]))) for each in said["rounds"]}
-    assert said["codes"] == {role: last[role] for role in ROLES}
-    assert said["minutes"] == sum(each["minutes"] for each in said["rounds"]) <= BUDGET_MINUTES
-    assert (said["seed"], said["opponent"]) == (FIRST_SEED, "static")
+    """The file is of the team that won the final, and all that searches found were in it.
+
+    Each search had the time of play of an apprentice, in three of six its clock, and each found code came first.
+    """
+    final, searches = (pl.read_csv(RESULTS / name) for name in ("final.csv", "searches.csv"))
+    entered = set(final.select("team", "clock").rows())
+    assert ("constant:044", "paper") in entered
+    for seed, clock in zip(FIRST_SEEDS, cycle(("paper", "best"))):
+        own = searches.filter(seed=seed)
+        assert own["clock"].unique().to_list() == [clock]
+        rounds = own.unique(["stage", "minutes", "pairs"], maintain_order=True)
+        assert rounds["minutes"].sum() <= BUDGET_MINUTES
+        last = {stage: own.filter(stage=stage)["code"][-2] for stage in ROLES}  # the last round has two, the better first
+        assert (Constant(**last).word, clock) in entered
+    best = final.row(final["difference"].arg_max(), named=True)
+    assert best["matches"] == 2 * FINAL_PAIRS
+    assert (best_constant().word, clock_of("best-constant")) == (best["team"], dict(zip(("paper", "best"), CLOCKS, strict=True))[best["clock"]])
 
 
 def test_plays_its_file(tmp_path):
-    """The name plays the codes of the file, and its policy has the name of the codes."""
+    """The name plays the codes of the file by its clock, through both doors, and its policy has the name of the codes."""
     policies = {}
     team = entrant(Store(tmp_path), "best-constant", policies)
     codes = file()["codes"]
     assert best_constant() == Constant(**codes)
     assert (team.name, team.settings.policy) == ("best-constant", Constant(**codes).word)
+    assert team.settings.clock == clock_of("best-constant") == ClockSettings(**file()["clock"])
+    assert clock_of("constant:044") == PAPER
+    assert entrant(Store(tmp_path), "best-constant", {}, least_s=0.3).settings.clock.least_s == 0.3
     rows = policies[team.settings.policy].values
     assert dict(rows.select("role", "behaviour_id").rows()) == {
         role: f"{role}-{code:03d}" for role, code in codes.items()}

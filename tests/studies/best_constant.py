@@ -1,16 +1,22 @@
-"""Which three codes make the best constant team against the static team? A search by successive halving.
+"""Which three codes make the best constant team against the static team? Searches by successive halving, and a final.
 
-``PYTHONPATH=tests python -m studies.best_constant pipeline/arena/teams/best-constant.json`` (a few minutes; two
-processes) writes the file that the team best-constant plays from. The laws and the time of play are those
-of an apprentice of the settings ``best``: 35 games and 3 further matches beside each, 140 matches of 8 minutes
-against the static team. The clock is the paper's. The seeds are used for nothing else.
+``PYTHONPATH=tests python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant``
+(a quarter of an hour; two processes) writes the file that the team best-constant plays from, and what was played.
 
-The search has four stages of the same time. The first compares the teams whose robots all take one code. Each
-later one compares the codes of one role, striker, midfield, goalkeeper, given the best codes of the others so
-far. In a stage the better half of the codes goes on from each round to the next, until one is left. The rounds
-get the same time, but each code plays two matches at least (Karnin, Koren and Somekh 2013, Sequential Halving).
-Two matches are one pair: a minute each, one seed, sides swapped. A code counts by all pairs of its stage. All
-30,000 triples cannot be compared in this time; DECISIONS.md ("The best constant team") says what that costs.
+A search has the laws and the time of play of an apprentice of the settings ``best``: 35 games and 3 further matches
+beside each, 140 matches of 8 minutes against the static team. One search is a lottery, so there are six, three with
+that apprentice's clock and three with the paper's. What they find, and ``constant:044``, then play 100 matches of
+8 minutes against the static team. The winner has had more than six times the play of an apprentice: that favours the
+control. The seeds are used for nothing else.
+
+A search has four stages of the same time. The first compares the teams whose robots all take one code. Each later
+one compares the codes of one role, striker, midfield, goalkeeper, given the best codes of the others so far. In a
+stage the better half of the codes goes on from each round to the next, until one is left. The rounds get the same
+time, but each code plays two matches at least (Karnin, Koren and Somekh 2013, Sequential Halving). Two matches are
+one pair: a minute each, one seed, sides swapped. A code counts by all pairs of its stage. All 30,000 triples cannot
+be compared in this time; DECISIONS.md ("The best constant team") says what that costs.
+
+``searches.csv`` has a row for each search, stage, round and code, ``final.csv`` one for each team of the final.
 """
 
 from __future__ import annotations
@@ -20,6 +26,9 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import cycle
+from multiprocessing import get_context
 from pathlib import Path
 from statistics import fmean
 from typing import NamedTuple
@@ -29,20 +38,27 @@ import polars as pl
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.constant import Constant
 from pipeline.arena.teams.executors.actions import CODES
+from pipeline.statistics import mean_interval
 from pipeline.store.receipts import software
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
+from pipeline.studies.seasons.settings import named
 
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.
 BUDGET_MINUTES = 35 * (1 + 3) * 8
-#: Seed of the first pair of matches.
-FIRST_SEED = 610_000_000
+#: The clocks of the searches, in turn; seeds of the first pair of each, and of the final's.
+CLOCKS, FIRST_SEEDS, FINAL = (PAPER, named("best").clock), range(610_000_000, 670_000_000, 10_000_000), 670_000_000
+#: Pairs of matches of a team in the final.
+FINAL_PAIRS = 50
 #: What is chosen in each stage.
 STAGES = ("all", "striker", "midfield", "goalkeeper")
 _STATIC = Entrant(name="static", settings=TeamSettings(kind="static"))
-_MINUTE = RefereeSettings(duration_s=60.0)
+_MINUTE, _WHOLE = RefereeSettings(duration_s=60.0), RefereeSettings(duration_s=480.0)
 _PAIR_MINUTES = 2
+#: A team of the final that no search has to find.
+_NAMED = Constant(44, 44, 44)
 
 #: A team, and the seed of its pair of matches.
 Job = tuple[Constant, int]
@@ -67,11 +83,12 @@ class Round(NamedTuple):
     values: dict[int, float]
 
 
-def difference(job: Job) -> float:
-    """Goal difference against the static team, goals a minute, in two matches of a minute with sides swapped."""
+def difference(job: Job, clock: ClockSettings = PAPER, referee: RefereeSettings = _MINUTE) -> float:
+    """Goal difference against the static team, goals a match, in two matches with sides swapped."""
     team, seed = job
-    entrant = Entrant(name=team.word, settings=TeamSettings(kind="learned", policy=team.word))
-    pair = Pair(evaluation=Evaluation(team=entrant, opponent=_STATIC, referee=_MINUTE), seed=seed)
+    settings = TeamSettings(kind="learned", policy=team.word, clock=clock)
+    entrant = Entrant(name=team.word, settings=settings)
+    pair = Pair(evaluation=Evaluation(team=entrant, opponent=_STATIC, referee=referee), seed=seed)
     rows = play(pair, {team.word: PolicyTables(team.policy())})
     return float(rows.select((pl.col("goals_for") - pl.col("goals_against")).mean()).item())
 
@@ -114,20 +131,51 @@ def _halve(stage: str, teams: Mapping[int, Constant], budget: int, seed: int, pl
         left = left[: (len(left) + 1) // 2]
 
 
-def main(path: Path, seed: int = FIRST_SEED) -> None:
-    """Search, and write the file."""
-    with ProcessPoolExecutor(2) as pool:
-        rounds = list(search(CODES, BUDGET_MINUTES, seed, lambda jobs: pool.map(difference, jobs, chunksize=4)))
+def found(rounds: Sequence[Round]) -> Constant:
+    """The team that a search found."""
     last = {each.stage: next(iter(each.values)) for each in rounds}
-    best = Constant(**{stage: last[stage] for stage in STAGES[1:]})
-    said = {
-        "command": "make best-constant", "software": software(), "opponent": _STATIC.name, "seed": seed,
-        "minutes": sum(each.minutes for each in rounds), "codes": best._asdict(),
-        "rounds": [each._asdict() for each in rounds],
-    }
+    return Constant(**{stage: last[stage] for stage in STAGES[1:]})
+
+
+def main(path: Path, out: Path) -> None:
+    """Search, play the final, and write the files."""
+    searches: dict[int, list[Round]] = {}
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        def play_all(clock: ClockSettings, referee: RefereeSettings, jobs: Iterable[Job]) -> Iterable[float]:
+            return pool.map(partial(difference, clock=clock, referee=referee), jobs, chunksize=4)
+
+        for seed, clock in zip(FIRST_SEEDS, cycle(CLOCKS)):
+            searches[seed] = list(search(CODES, BUDGET_MINUTES, seed, partial(play_all, clock, _MINUTE)))
+        entered = [(_NAMED, PAPER), *zip(map(found, searches.values()), cycle(CLOCKS))]
+        final = {(team, clock): list(play_all(clock, _WHOLE, [(team, FINAL + pair) for pair in range(FINAL_PAIRS)]))
+                 for team, clock in entered}
+    best, clock = max(final, key=lambda each: fmean(final[each]))
+    out.mkdir(parents=True, exist_ok=True)
+    pl.DataFrame([
+        {"seed": seed, "clock": _said(clock), "stage": each.stage, "pairs": each.pairs, "minutes": each.minutes,
+         "code": code, "difference": value}
+        for (seed, rounds), clock in zip(searches.items(), cycle(CLOCKS))
+        for each in rounds for code, value in each.values.items()
+    ]).write_csv(out / "searches.csv")
+    pl.DataFrame([_ended(*timed, differences) for timed, differences in final.items()]).sort(
+        "difference", descending=True).write_csv(out / "final.csv", float_precision=2)
+    said = {"command": "make best-constant", "software": software(), "codes": best._asdict(),
+            "clock": clock.model_dump()}
     path.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
-    print(best.word, said["minutes"])
+    print(best.word, _said(clock))
+
+
+def _said(clock: ClockSettings) -> str:
+    """The settings whose clock it is."""
+    return "paper" if clock == PAPER else "best"
+
+
+def _ended(team: Constant, clock: ClockSettings, differences: Sequence[float]) -> dict[str, object]:
+    """A row of the final, with Student's interval over the pairs."""
+    low, high = mean_interval(differences) or (None, None)
+    return {"team": team.word, "clock": _said(clock), "matches": 2 * len(differences),
+            "difference": fmean(differences), "low": low, "high": high}
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), *map(int, sys.argv[2:3]))
+    main(*map(Path, sys.argv[1:]))

@@ -9,7 +9,7 @@ from pipeline.arena.match.driven import BehaviourController, Driven, WheelContro
 from pipeline.arena.match.environment import EnvSettings, Side
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.match.stepped import SteppedMatch
-from pipeline.arena.teams.constant import BEST, constant
+from pipeline.arena.teams.constant import BEST, clock_of, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
@@ -83,4 +83,4 @@ def _opponent(word: str | PolicyTables) -> tuple[TeamSettings, PolicyTables | No
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
             f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a policy"))
-    return TeamSettings(kind="learned"), PolicyTables(always.policy())
+    return TeamSettings(kind="learned", clock=clock_of(word)), PolicyTables(always.policy())

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import re
 from importlib import resources
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import polars as pl
 
+from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.executors.actions import CODES
 from pipeline.errors import BadSettings
 from schemas import ROLES, Policies
@@ -47,12 +48,23 @@ class Constant(NamedTuple):
 
 
 def best_constant() -> Constant:
-    """The constant team that successive halving found best against the static team.
+    """The constant team that searches by successive halving found best against the static team.
 
-    ``make best-constant`` is the search; DECISIONS.md ("The best constant team") says how it goes.
+    ``make best-constant`` searches; DECISIONS.md ("The best constant team") says how.
     """
+    return Constant(**_best()["codes"])
+
+
+def clock_of(word: str) -> ClockSettings:
+    """The clock of a constant team: best-constant has that with which it was found, others the paper's."""
+    return ClockSettings.model_validate(_best()["clock"]) if word == BEST else PAPER
+
+
+def _best() -> dict[str, Any]:
+    """What the search wrote."""
     text = resources.files("pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8")
-    return Constant(**json.loads(text)["codes"])
+    said: dict[str, Any] = json.loads(text)
+    return said
 
 
 def constant(word: str) -> Constant | None:
