@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals usual-codes football ball-goals paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden \
+  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden \
   notebooks lock clean
 
 help:  ## list the targets
@@ -133,7 +133,7 @@ looking: $(READY)  ## does a team that looks win? apprentices against the panel,
 trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA)
 
-# It takes results of seasons, imitation and peers.
+# It takes the results of seasons, imitation and peers that are in data/studies.
 tried: $(READY)  ## which kinds of learners were tried, their curves (seconds)
 	PYTHONPATH=tests $(BIN)/python -m studies.tried data/studies
 

@@ -338,7 +338,7 @@ class AppraisalSettings(Frozen):
         codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by
             role. "all": every one that robots can do. "shuffled": as "watched", but in each role the actions
             of the logged decisions are dealt out anew: the control of all that is learned of actions.
-        sights: what a logged decision is taken to have seen. "own": what its robot saw. "drawn": in each role
+        sights: what the trees are fitted to. "own": what robots saw when they decided. "drawn": in each role
             these sights are dealt out anew: the control of all that is learned of sights.
         watched: whether an action that was chosen too seldom for trees is appraised by what V did while the
             imitated team was seen doing it (``grams.watched_s``), if that was often enough.
@@ -364,6 +364,12 @@ class AppraisalSettings(Frozen):
     tree_penalty: float = Field(default=20.0, ge=0)
     bins: int = Field(default=64, ge=2, le=255)
     seed: int = 0
+
+    @model_validator(mode="after")
+    def _one_control(self) -> Self:
+        if self.sights == "drawn" and (self.watched or self.codes == "shuffled"):
+            raise ValueError('sights "drawn" goes without watched, and without codes "shuffled"')
+        return self
 
 
 class PolicySettings(Frozen):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from flows.cli import main
+from flows.commands.playing import Learners
 from flows.games import Turn, store_of, take
 from flows.teams import apprentice, entrant
 from pipeline.arena.match.recipe import TeamSettings
@@ -36,9 +37,9 @@ def test_a_policy_keeps_its_clock(tmp_path, text, kept):
 
 def test_options_of_the_other_kind(tmp_path, capsys):
     """An option that no team of a match has is refused before a match is played, in a line that says whose it is."""
-    for option, whose in (("--blind", "only a team that looks (its policy's learner is \"sight\") has this"),
+    for option, whose in (("--blind", "only a team that looks (its policy's learner is \"sight\") has this option"),
                           ("--clock-s=0.3", "only a team that looks"),
-                          ("--lcb-weight=0.7", "only a team that looks behaviours up in states has this")):
+                          ("--lcb-weight=0.7", "only a team that looks behaviours up in states has this option")):
         with pytest.raises(SystemExit, match="1"):
             main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
         assert f"{option.split('=')[0]}: {whose}" in capsys.readouterr().err
@@ -46,5 +47,8 @@ def test_options_of_the_other_kind(tmp_path, capsys):
     take(tmp_path, Turn(season, 1), discard=True)
     with pytest.raises(SystemExit, match="1"):
         main(["evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", str(tmp_path)])
-    assert "--min-visits: only a team that looks behaviours up in states has this" in capsys.readouterr().err
+    assert "--min-visits: only a team that looks behaviours up in states has this option" in capsys.readouterr().err
+    (looks, stays), _ = Learners(blind=True, predict_s=0.1).entrants(Store(tmp_path), season.id, "constant:044")
+    assert (looks.settings.blind, stays.settings.blind) == (True, False), "each has what its kind has"
+    assert (looks.settings.predict_s, stays.settings.predict_s) == (0.1, 0.1)
     assert not (tmp_path / "evaluations").exists()

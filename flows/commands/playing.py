@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -111,7 +111,7 @@ class Learners:
             learned, else 0).
         clock_s: Seconds between decisions of a team that looks (default: as when it learned, else 0.5).
         least_s: Least time of a behaviour of a learned or constant team, seconds (default: as when it
-            learned, else 0).
+            learned, or was found, else 0).
         interrupts: Winning or losing the ball, or another role, interrupts these behaviours (default: as when
             it learned, else not).
         begin_ended: A robot begins codes whose end holds already (default: as when it learned, else it does).
@@ -130,26 +130,37 @@ class Learners:
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.
 
+        Each team gets those of the options that its kind has.
+
         Raises:
             NotFound, BadSettings: see :func:`flows.teams.entrant`.
             BadSettings: if an option is given that none of the teams has.
         """
         policies: dict[str, PolicyTables] = {}
-        asked = asdict(self)
-        teams = [entrant(store, word, policies, **asked) for word in words]
-        said = ", ".join(option(name) for name, value in asked.items() if value is not None)
-        if said and all(team.settings.kind != "learned" for team in teams):
-            raise BadSettings(f"no learned team plays, only {' and '.join(words)}", where=said,
-                              next_step="Leave it out, or name learned, learned:VERSION or a season's id")
-        kinds = {_CONSTANT if constant(word) is not None else
-                 _LOOKS if policies[team.settings.policy].appraisals is not None else _IN_STATES
-                 for word, team in zip(words, teams, strict=True) if team.settings.policy is not None}
-        for name, value in asked.items():
+        asked = {name: value for name, value in asdict(self).items() if value is not None}
+        teams, unused = [], dict(asked)
+        for word in words:
+            team = entrant(store, word, policies)
+            names = _options(word, team, policies)
+            own = {name: value for name, value in asked.items() if name in names}
+            teams.append(entrant(store, word, policies, **own) if own else team)
+            unused = {name: value for name, value in unused.items() if name not in own}
+        for name in unused:
             having = [kind for kind, names in _OPTIONS.items() if name in names]
-            if value is not None and not kinds.intersection(having):
-                raise BadSettings(f"only {' or '.join(having)} has this", where=option(name),
-                                  next_step="Leave it out, or name such a team")
+            verb = "has" if len(having) == 1 else "have"
+            raise BadSettings(f"only {' and '.join(having)} {verb} this option", where=option(name),
+                              next_step="Leave it out, or name such a team")
         return teams, policies
+
+
+def _options(word: str, team: Entrant, policies: Mapping[str, PolicyTables]) -> Sequence[str]:
+    """The options that a team has: none without a policy."""
+    policy = team.settings.policy
+    if policy is None:
+        return ()
+    if constant(word) is not None:
+        return _OPTIONS[_CONSTANT]
+    return _OPTIONS[_LOOKS if policies[policy].appraisals is not None else _IN_STATES]
 
 
 def option(name: str) -> str:

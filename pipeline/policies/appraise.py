@@ -68,7 +68,7 @@ def appraise(
         decisions: rows of schema Decisions; those of more than one code are passed over.
         sights: rows of schema Sights of the same matches.
         pairs: of :func:`actions`.
-        settings: the trees, ``least_share``, whether actions or sights are dealt out anew, and ``watched``.
+        settings: the trees, ``least_share``, what is dealt out anew (``codes``, ``sights``), and ``watched``.
         version: of the policy.
         watched: rows of schema Sights of the team that is imitated; decisions are passed over.
 

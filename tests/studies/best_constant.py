@@ -6,8 +6,8 @@
 A search has the laws and the time of play of an apprentice of the settings ``best``: 35 games and 3 further matches
 beside each, 140 matches of 8 minutes against the static team. One search is a lottery, so there are six, three with
 that apprentice's clock and three with the paper's. What they find, and ``constant:044``, then play 100 matches of
-8 minutes against the static team. The winner has had more than six times the play of an apprentice: that favours the
-control. The seeds are used for nothing else.
+8 minutes against the static team. All together is eleven times the play of an apprentice: that favours the control.
+The seeds are used for nothing else.
 
 A search has four stages of the same time. The first compares the teams whose robots all take one code. Each later
 one compares the codes of one role, striker, midfield, goalkeeper, given the best codes of the others so far. In a
@@ -48,10 +48,12 @@ from pipeline.studies.seasons.settings import named
 
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.
 BUDGET_MINUTES = 35 * (1 + 3) * 8
-#: The clocks of the searches, in turn; seeds of the first pair of each, and of the final's.
-CLOCKS, FIRST_SEEDS, FINAL = (PAPER, named("best").clock), range(610_000_000, 670_000_000, 10_000_000), 670_000_000
-#: Pairs of matches of a team in the final.
-FINAL_PAIRS = 50
+#: The clocks of the searches, in turn, by the settings that have them.
+CLOCKS = {"paper": PAPER, "best": named("best").clock}
+#: Seeds of the first pair of matches of each search.
+FIRST_SEEDS = range(610_000_000, 670_000_000, 10_000_000)
+#: Seeds of the pairs of the final.
+FINAL_SEEDS = range(670_000_000, 670_000_050)
 #: What is chosen in each stage.
 STAGES = ("all", "striker", "midfield", "goalkeeper")
 _STATIC = Entrant(name="static", settings=TeamSettings(kind="static"))
@@ -62,7 +64,7 @@ _NAMED = Constant(44, 44, 44)
 
 #: A team, and the seed of its pair of matches.
 Job = tuple[Constant, int]
-#: Plays jobs: goal differences, goals a minute, in their order.
+#: Plays jobs: goal differences, goals a match, in their order.
 Play = Callable[[Iterable[Job]], Iterable[float]]
 
 
@@ -131,7 +133,7 @@ def _halve(stage: str, teams: Mapping[int, Constant], budget: int, seed: int, pl
         left = left[: (len(left) + 1) // 2]
 
 
-def found(rounds: Sequence[Round]) -> Constant:
+def team_of(rounds: Sequence[Round]) -> Constant:
     """The team that a search found."""
     last = {each.stage: next(iter(each.values)) for each in rounds}
     return Constant(**{stage: last[stage] for stage in STAGES[1:]})
@@ -139,41 +141,36 @@ def found(rounds: Sequence[Round]) -> Constant:
 
 def main(path: Path, out: Path) -> None:
     """Search, play the final, and write the files."""
-    searches: dict[int, list[Round]] = {}
+    searches: dict[tuple[int, str], list[Round]] = {}
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         def play_all(clock: ClockSettings, referee: RefereeSettings, jobs: Iterable[Job]) -> Iterable[float]:
             return pool.map(partial(difference, clock=clock, referee=referee), jobs, chunksize=4)
 
         for seed, clock in zip(FIRST_SEEDS, cycle(CLOCKS)):
-            searches[seed] = list(search(CODES, BUDGET_MINUTES, seed, partial(play_all, clock, _MINUTE)))
-        entered = [(_NAMED, PAPER), *zip(map(found, searches.values()), cycle(CLOCKS))]
-        final = {(team, clock): list(play_all(clock, _WHOLE, [(team, FINAL + pair) for pair in range(FINAL_PAIRS)]))
+            rounds = list(search(CODES, BUDGET_MINUTES, seed, partial(play_all, CLOCKS[clock], _MINUTE)))
+            searches[seed, clock] = rounds
+        entered = [(_NAMED, "paper"), *((team_of(rounds), clock) for (_, clock), rounds in searches.items())]
+        final = {(team, clock): list(play_all(CLOCKS[clock], _WHOLE, [(team, seed) for seed in FINAL_SEEDS]))
                  for team, clock in entered}
     best, clock = max(final, key=lambda each: fmean(final[each]))
     out.mkdir(parents=True, exist_ok=True)
     pl.DataFrame([
-        {"seed": seed, "clock": _said(clock), "stage": each.stage, "pairs": each.pairs, "minutes": each.minutes,
+        {"seed": seed, "clock": clock, "stage": each.stage, "pairs": each.pairs, "minutes": each.minutes,
          "code": code, "difference": value}
-        for (seed, rounds), clock in zip(searches.items(), cycle(CLOCKS))
-        for each in rounds for code, value in each.values.items()
+        for (seed, clock), rounds in searches.items() for each in rounds for code, value in each.values.items()
     ]).write_csv(out / "searches.csv")
     pl.DataFrame([_ended(*timed, differences) for timed, differences in final.items()]).sort(
         "difference", descending=True).write_csv(out / "final.csv", float_precision=2)
     said = {"command": "make best-constant", "software": software(), "codes": best._asdict(),
-            "clock": clock.model_dump()}
+            "clock": CLOCKS[clock].model_dump()}
     path.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
-    print(best.word, _said(clock))
+    print(best.word, clock)
 
 
-def _said(clock: ClockSettings) -> str:
-    """The settings whose clock it is."""
-    return "paper" if clock == PAPER else "best"
-
-
-def _ended(team: Constant, clock: ClockSettings, differences: Sequence[float]) -> dict[str, object]:
+def _ended(team: Constant, clock: str, differences: Sequence[float]) -> dict[str, object]:
     """A row of the final, with Student's interval over the pairs."""
     low, high = mean_interval(differences) or (None, None)
-    return {"team": team.word, "clock": _said(clock), "matches": 2 * len(differences),
+    return {"team": team.word, "clock": clock, "matches": 2 * len(differences),
             "difference": fmean(differences), "low": low, "high": high}
 
 

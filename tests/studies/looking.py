@@ -14,6 +14,9 @@ matches with cameras that disturb, and their seasons with the late one, were add
 Apprentices of ``looking`` have watched 21 to 31 of the 31 actions in a role after the first game, and nearly all
 after the third: the two learners hardly differ. So ``together.csv`` has the ten apprentices of both.
 
+Controls of the learner: ``looking-shuffled`` learns from actions, and ``looking-drawn`` from sights, that were dealt
+out anew.
+
 ``results.csv`` has a row for each apprentice, arm and opponent, ``controls.csv`` the same of teams that learn
 nothing, on the same seeds. ``aims.csv`` says what was reached. ``decisions.csv`` describes the decisions of four
 logged matches of each apprentice.

@@ -35,7 +35,8 @@ from flows.teams import apprentice, labelled
 from pipeline.arena.env import BEHAVIOURS, ParallelMatch
 from pipeline.arena.match.environment import Side
 from pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
-from pipeline.arena.teams.constant import best_constant
+from pipeline.arena.teams.clock import PAPER
+from pipeline.arena.teams.constant import best_constant, clock_of
 from pipeline.state.sight import see_from
 from pipeline.statistics import welch
 from pipeline.store import Store
@@ -67,6 +68,7 @@ class Chooser:
     def __init__(self, appraiser: Appraiser, rng: np.random.Generator) -> None:
         self._appraiser, self._rng = appraiser, rng
         self._actions = np.array([BEHAVIOURS.index(code) for code in appraiser.codes])
+        assert clock_of(CONSTANT) == PAPER, "a behaviour goes on until it is over"
         self._constant = np.array([BEHAVIOURS.index(code) for code in best_constant()])
         self._seen = [np.empty((0, len(SIGHT)), np.float32) for _ in ROLES]
 
@@ -151,7 +153,7 @@ def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
 
 def played(data: Path, word: str) -> pl.DataFrame:
     """The seconds of an apprentice; they are kept in the data folder."""
-    kept = data / "trial" / f"{word}.parquet"
+    kept = data / "trial" / f"{word}-{'-'.join(map(str, best_constant()))}-{SEEDS.start}.parquet"
     if not kept.exists():
         player = apprentice(Store(data), word)
         _, tables = labelled(player.store, player.manifest)

@@ -3,7 +3,7 @@
 ``PYTHONPATH=tests python -m studies.tried data/studies`` reads the games of ``seasons`` and ``imitation`` and the
 results of ``peers``, which are committed, and plays nothing. It writes ``looking/tried.csv`` and ``tried.png``.
 
-A season's point is its counted match after so many matches of play, its further ones included; a peer's is its
+A season's point is a counted match, at the number of matches that its apprentice has learned from; a peer's is its
 evaluation. Means are over seasons or trainings, with Student's interval over them.
 """
 
@@ -16,9 +16,13 @@ from typing import NamedTuple
 import matplotlib as mpl
 import polars as pl
 from matplotlib.figure import Figure
-from studies.peers.teams import GAME, STATIC
+from studies.peers.teams import STATIC
 
 from pipeline.statistics import mean_interval
+from pipeline.studies.seasons.settings import named
+
+#: The study of learners that play no seasons.
+PEERS = "peers"
 
 
 class Kind(NamedTuple):
@@ -28,26 +32,28 @@ class Kind(NamedTuple):
         said: of the legend.
         study: folder of its results.
         name: settings of its seasons, or learner of its trainings.
-        game: matches of a game, of a season.
     """
 
     said: str
     study: str
     name: str
-    game: int = 1
+
+    def learned_from(self, game: int) -> int:
+        """Matches that it has learned from before a counted match of a season; a peer's game is that number."""
+        return game if self.study == PEERS else (game - 1) * (1 + named(self.name).practice)
 
 
 KINDS = (
-    Kind("Sarsa(λ), one state a role (best)", "seasons", "best", 4),
-    Kind("Sarsa(λ), states of all elements (best-states)", "seasons", "best-states", 4),
-    Kind("trees on V's change, all actions (looking-all)", "imitation", "looking-all", GAME),
-    Kind("… watched actions (looking)", "imitation", "looking", GAME),
-    Kind("… actions appraised by watching (looking-imitates)", "imitation", "looking-imitates", GAME),
-    Kind("behaviour cloning of looking-all's log", "peers", "bc"),
-    Kind("offline Q-learning of it (CQL), goals", "peers", "cql"),
-    Kind("the same, V's change", "peers", "cql-v"),
-    Kind("PPO", "peers", "ppo"),
-    Kind("DQN", "peers", "dqn"),
+    Kind("Sarsa(λ), one state a role (best)", "seasons", "best"),
+    Kind("Sarsa(λ), states of all elements (best-states)", "seasons", "best-states"),
+    Kind("trees on V's change, all actions (looking-all)", "imitation", "looking-all"),
+    Kind("… watched actions (looking)", "imitation", "looking"),
+    Kind("… actions appraised by watching (looking-imitates)", "imitation", "looking-imitates"),
+    Kind("behaviour cloning of its log", PEERS, "bc"),
+    Kind("offline Q-learning of its log (CQL), goals", PEERS, "cql"),
+    Kind("the same, V's change", PEERS, "cql-v"),
+    Kind("PPO", PEERS, "ppo"),
+    Kind("DQN", PEERS, "dqn"),
 )
 
 
@@ -63,7 +69,7 @@ def results(folder: Path) -> pl.DataFrame:
         "seasons": seasons.filter(opponent=STATIC).select(
             "seed", "game", name="settings", difference=pl.col("goals_for") - pl.col("goals_against")),
         "imitation": imitation.select("seed", "game", name="settings", difference="difference"),
-        "peers": peers.filter(pl.col("matches") > 0, opponent=STATIC).select(
+        PEERS: peers.filter(pl.col("matches") > 0, opponent=STATIC).select(
             "seed", game="matches", name="learner", difference="difference"),
     }
     return pl.concat([own.select(pl.lit(study).alias("study"), "name", "seed", "game", pl.col("difference").cast(float))
@@ -77,11 +83,11 @@ def curves(found: pl.DataFrame) -> pl.DataFrame:
         own = found.filter(study=kind.study, name=kind.name)
         for (game,), each in own.group_by("game", maintain_order=True):
             low, high = mean_interval(each["difference"].to_numpy()) or (None, None)
-            rows.append({"kind": kind.said, "matches": int(str(game)) * kind.game, "apprentices": each.height,
+            rows.append({"kind": kind.said, "matches": kind.learned_from(int(str(game))), "apprentices": each.height,
                          "difference": each["difference"].mean(), "low": low, "high": high})
     schema = {"kind": pl.String, "matches": pl.Int64, "apprentices": pl.Int64} | dict.fromkeys(
         ("difference", "low", "high"), pl.Float64)
-    return pl.DataFrame(rows, schema=schema).sort(
+    return pl.DataFrame(rows, schema=schema).filter(pl.col("matches") > 0).sort(
         pl.col("kind").cast(pl.Enum([kind.said for kind in KINDS])), "matches")
 
 
@@ -94,8 +100,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
         x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
         colour, marker = f"C{number}", "o" if own.height == 1 else None
         axes.plot(x, y, color=colour, marker=marker, label=str(kind))
-        if own["low"].null_count() == 0:
-            axes.fill_between(x, own["low"].to_numpy(), own["high"].to_numpy(), color=colour, alpha=0.12, linewidth=0)
+        axes.fill_between(x, own["low"].to_numpy(), own["high"].to_numpy(), color=colour, alpha=0.12, linewidth=0)
     axes.axhline(0, color="grey", linewidth=0.8)
     axes.set_ylim(-60, 20)  # bands of the first games, of three seasons, are wider
     axes.set_xscale("log")

@@ -9,8 +9,8 @@ learn from what our apprentice's season logged. All train against the static tea
 apprentice sees (30 numbers, and the role), decide at its clock (0.2 s), and choose among the 32 behaviours that
 robots have an action for. One network plays all robots of a team. The reward is goals; of ``-v`` it is goals, and
 the change of V (:mod:`studies.peers.worth`); ``cql-v`` learns the change of V a second later, as our learner does.
-Our apprentices are those of ``looking-all`` (:mod:`studies.looking`), which are offered the same behaviours, and
-the matches against the panel have seeds of those of that study.
+Our apprentices are those of ``looking-all`` (:mod:`studies.looking`), which are offered the same behaviours.
+Matches have seeds of that study.
 
 Each library has an environment of its own: ``.venv-sb3`` and ``.venv-d3rlpy``, which ``make peers`` makes.
 """
@@ -55,7 +55,7 @@ def prepared(data: Path, seeds: Sequence[int]) -> None:
 
 
 def trainings(data: Path, seeds: Sequence[int], minutes: float) -> Iterator[list[str]]:
-    """The commands that train the networks that are not there, the longest last.
+    """The commands that train the networks that are not there.
 
     Args:
         data: the data folder.
@@ -69,16 +69,10 @@ def trainings(data: Path, seeds: Sequence[int], minutes: float) -> Iterator[list
                 yield [".venv-d3rlpy/bin/python", "-m", "studies.peers.offline", learner, str(seed),
                        str(_logged(data, seed)), str(out)]
     for learner, matches in ONLINE.items():
-        for seed in seeds:
-            yield _online(data, learner, seed, "--matches", matches)
-    for learner in LONG:
-        yield _online(data, learner, seeds[0], "--minutes", minutes)
-
-
-def _online(data: Path, learner: str, seed: int, *until: object) -> list[str]:
-    """The command that trains a peer that plays; it ends at once if the peer has played long enough."""
-    return [".venv-sb3/bin/python", "-m", "studies.peers.online", learner, str(seed), str(networks(data)),
-            *map(str, until)]
+        for number, seed in enumerate(seeds):
+            until = ("--minutes", minutes) if learner in LONG and number == 0 else ("--matches", matches)
+            yield [".venv-sb3/bin/python", "-m", "studies.peers.online", learner, str(seed), str(networks(data)),
+                   *map(str, until)]
 
 
 def _logged(data: Path, seed: int) -> Path:
@@ -105,7 +99,7 @@ def main() -> None:
     said = argparse.ArgumentParser(description=__doc__)
     said.add_argument("out", type=Path)
     said.add_argument("data", type=Path)
-    said.add_argument("--seeds", type=int, nargs="+", default=ALL_SEASONS[:3], help="of the peers' trainings")
+    said.add_argument("--seeds", type=int, nargs="+", default=ALL_SEASONS[:3], choices=ALL_SEASONS, help="of the peers' trainings")
     said.add_argument("--minutes", type=float, default=120.0,
                       help="of one core that PPO and DQN of the first seed train in all (default 120)")
     said.add_argument("--pairs", type=int, default=20, help="of matches, for each team and opponent (default 20)")

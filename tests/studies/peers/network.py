@@ -37,10 +37,11 @@ class Network(NamedTuple):
     def save(self, path: Path) -> None:
         """Write it as an .npz file; a file that is there is whole."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_suffix(".part.npz")
-        np.savez(aside, activation=np.array(self.activation),
-                 **{f"weight_{k}": each for k, each in enumerate(self.weights)},
-                 **{f"bias_{k}": each for k, each in enumerate(self.biases)})
+        aside = path.with_suffix(".part")
+        with aside.open("wb") as written:
+            np.savez(written, activation=np.array(self.activation),
+                     **{f"weight_{k}": each for k, each in enumerate(self.weights)},
+                     **{f"bias_{k}": each for k, each in enumerate(self.biases)})
         aside.rename(path)
 
 

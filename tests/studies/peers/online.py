@@ -1,8 +1,9 @@
 """Train a peer of stable-baselines3 by playing, and keep its network at several numbers of matches.
 
 ``PYTHONPATH=tests .venv-sb3/bin/python -m studies.peers.online LEARNER SEED FOLDER --matches 1400`` writes
-``FOLDER/LEARNER-SEED-MATCHES.npz``. With ``--minutes`` it stops after so many minutes of one core instead. A
-training that was stopped goes on from its last whole state, with the same result as one that was not.
+``FOLDER/LEARNER-SEED-MATCHES.npz``. With ``--minutes`` it stops instead when it has had so many minutes of one core,
+at the next number of matches at which its whole state is kept. A training that was stopped goes on from its last
+whole state, with the same result as one that was not.
 """
 
 from __future__ import annotations
@@ -31,12 +32,14 @@ from pipeline.arena.teams.panel import PANEL
 OPPONENT = PANEL[0]
 #: Matches at once; transitions of a match: a step each 0.2 s of 8 minutes, of three robots.
 AT_ONCE, TRANSITIONS = 20, 2400 * 3
-#: Matches after which the whole state is kept. No match, and no batch of PPO, is then under way.
+#: The whole state is kept each so many matches. No match, and no batch of PPO, is then under way.
 SAVED_EACH = 200
 #: Discount of a step: a goal in 20 s counts e times less.
 DISCOUNT = 0.99
-#: Matches in which DQN goes from random actions to its last share of them, and of the longest training.
-EXPLORED, MOST = 40, 100_000
+#: Matches in which DQN goes from random actions to its last share of them.
+EXPLORED = 40
+#: Matches of the longest training: no training is as long, and no schedule depends on how long it is.
+MOST = 100_000
 #: Matches of a learner and seed have seeds from here on, far from all that are evaluated.
 FIRST_SEED, APART = 3_000_000_000, 1_000_000
 
@@ -68,7 +71,7 @@ class Training(BaseCallback):
         stem: path of the files, without the number of matches.
         seed: of the training.
         matches: after which it stops, None: no limit.
-        minutes: of one core after which it stops, None: no limit.
+        minutes: of one core after which it stops, at the next whole state; None: no limit.
     """
 
     def __init__(self, pitches: Pitches, stem: Path, seed: int, matches: int | None, minutes: float | None) -> None:
@@ -83,21 +86,22 @@ class Training(BaseCallback):
         """Matches that are over."""
         return len(self._pitches.differences)
 
-    @property
-    def _state(self) -> Path:
-        return self._stem.with_name(f"{self._stem.name}-state")
+    def _folder(self, which: str) -> Path:
+        """The folder of the whole state; one that is there is whole, but for a ``part``."""
+        return self._stem.with_name(f"{self._stem.name}-{which}")
 
     def begun(self, name: str) -> BaseAlgorithm:
         """The learner as it was kept last, or a new one."""
-        if not self._state.exists():
+        state = next((each for each in map(self._folder, ("state", "before")) if each.exists()), None)
+        if state is None:
             return learner_of(name, self._pitches, self._seed)
-        kept = json.loads((self._state / "kept.json").read_text())
+        kept = json.loads((state / "kept.json").read_text())
         self._spent += kept["cpu_seconds"]
         self._pitches.resume(kept["differences"])
         kind = PPO if name.startswith("ppo") else DQN
-        model = kind.load(self._state / "model.zip", env=self._pitches, device="cpu")
+        model = kind.load(state / "model.zip", env=self._pitches, device="cpu")
         if isinstance(model, DQN):
-            model.load_replay_buffer(self._state / "replay.pkl")
+            model.load_replay_buffer(state / "replay.pkl")
         self._saved = self._over
         model.set_random_seed(self._seed + self._over)
         return model
@@ -108,8 +112,8 @@ class Training(BaseCallback):
             self.model.set_random_seed(self._seed + self._over)  # as a training that goes on from here
 
     def _save(self) -> None:
-        """Keep the whole state; a state that is there is whole."""
-        aside = self._state.with_suffix(".part")
+        """Keep the whole state; at each moment one that was kept is there."""
+        aside, state, before = map(self._folder, ("part", "state", "before"))
         shutil.rmtree(aside, ignore_errors=True)
         aside.mkdir()
         self.model.save(aside / "model.zip")
@@ -117,8 +121,11 @@ class Training(BaseCallback):
             self.model.save_replay_buffer(aside / "replay.pkl")
         said = {"cpu_seconds": self._spent + time.process_time(), "differences": self._pitches.differences}
         (aside / "kept.json").write_text(json.dumps(said), encoding="utf-8")
-        shutil.rmtree(self._state, ignore_errors=True)
-        aside.rename(self._state)
+        if state.exists():
+            shutil.rmtree(before, ignore_errors=True)
+            state.rename(before)
+        aside.rename(state)
+        shutil.rmtree(before, ignore_errors=True)
         self._saved = self._over
 
     def _on_step(self) -> bool:
@@ -128,9 +135,11 @@ class Training(BaseCallback):
 
     @property
     def done(self) -> bool:
-        """Whether it has played, or worked, as long as it was to."""
+        """Whether it has played, or worked, as long as it was to, and has kept its state if one is due."""
+        kept = self._saved == self._over
         late = self._end is not None and self._spent + time.process_time() >= self._end
-        return late or (self._matches is not None and self._over >= self._matches)
+        played = self._matches is not None and self._over >= self._matches
+        return (late and kept) or (played and (kept or bool(self._over % SAVED_EACH)))
 
     def keep(self) -> None:
         """Keep the network as it is, unless that of so many matches is there."""
@@ -147,6 +156,8 @@ class Training(BaseCallback):
 
 def train(name: str, seed: int, folder: Path, matches: int | None, minutes: float | None) -> None:
     """Train a learner, and keep its networks."""
+    if matches is not None and (folder / f"{name}-{seed}-{matches}.npz").exists():
+        return
     torch.set_num_threads(1)
     folder.mkdir(parents=True, exist_ok=True)
     worth = Worth(DISCOUNT) if name.endswith("-v") else None
@@ -155,7 +166,8 @@ def train(name: str, seed: int, folder: Path, matches: int | None, minutes: floa
     model = training.begun(name)
     training.init_callback(model)
     if not training.done:
-        training.keep()
+        if not pitches.differences:
+            training.keep()
         model.learn(MOST * TRANSITIONS - model.num_timesteps, callback=training, reset_num_timesteps=False)
         training.keep()
     pitches.close()

@@ -13,6 +13,7 @@ from studies.peers.network import load
 from pipeline import arena
 from pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pipeline.arena.match.environment import Side
+from pipeline.arena.teams.constant import clock_of, constant
 from pipeline.store.receipts import digest
 
 #: Matches after which a learner's network is kept and measured.
@@ -69,7 +70,8 @@ def played(team: str, opponent: str, seeds: Sequence[int], data: Path, there: bo
         there: whether only those are wanted that were played before.
     """
     said = team if team == ANY else digest(Path(team).read_bytes())
-    kept = data / "peers" / "played" / f"{digest(f'{said} {opponent} {arena.VERSION}'.encode())}.csv"
+    team = f"{opponent} {constant(opponent)} {clock_of(opponent)}"  # best-constant may be another one day
+    kept = data / "peers" / "played" / f"{digest(f'{said} {team} {arena.VERSION}'.encode())}.csv"
     known = pl.read_csv(kept) if kept.exists() else pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
     missing = [seed for seed in seeds if seed not in known["seed"]]
     if missing and not there:

@@ -73,11 +73,11 @@ def teams(data: Path) -> Iterator[Team]:
                 if matches <= ONCE:
                     yield Team(OURS, seed, matches, season_of(seed), matches // GAME)
         for learner in (*OFFLINE, *ONLINE):
-            for path in networks(data).glob(f"{learner}-{seed}-*.npz"):
-                matches = int(path.stem.rsplit("-", 1)[1])
-                if matches > 0:
+            there = {int(path.stem.rsplit("-", 1)[1]): path for path in networks(data).glob(f"{learner}-{seed}-*.npz")}
+            for matches, path in sorted(there.items()):
+                if matches > 0 and (matches in KEPT or matches == max(there)):
                     yield Team(learner, seed, matches, str(path))
-                elif learner == LONG[0]:
+                elif matches == 0 and learner == LONG[0]:
                     yield Team(UNTRAINED, seed, 0, str(path))
 
 
