@@ -186,8 +186,8 @@ class SeasonsReport:
             "means over the seasons, one apprentice each. The interval of a rate is "
             f"{_OF_RATES.format('pairs')}. In a constant team every robot always takes one behaviour: 044 "
             "reaches the ball, 021 kicks it to the adversary's goal. best-constant has a behaviour for each "
-            "role, those that do best against the static team. Constant teams play the same pairs, and their "
-            f"means are over pairs.{left}")
+            "role, which searches found best against the static team. Constant teams play the same pairs, "
+            f"and their means are over pairs.{left}")
         names = {"opponent": "trained against", "against": "measured against"}
         yield _with_intervals(
             measured(self.games, self.evaluations).rename(names),
