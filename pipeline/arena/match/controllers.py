@@ -239,10 +239,13 @@ class AppraisingController(_Deciding):
         self._memory = appraising.Memory.of(blind=settings.blind)
         self._whole, self._explore = radix("full36"), settings.explore
         self._clock = max(1, round(settings.clock_s * recipe.physics.hz))
+        self._hold = max(1, round(settings.explore_s / settings.clock_s))
+        self._held = np.zeros(recipe.robots, dtype=np.int64)
         self._next = 0
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
         super().restarted(frame, lead)
+        self._held[:] = 0
         self._next = frame
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
@@ -250,7 +253,7 @@ class AppraisingController(_Deciding):
         if frame >= self._next:
             appraising.decide(
                 view, self._direction, self._lead, self._robots, self._appraiser, self._memory, self._whole,
-                self._edges, self._explore, self._measures, self._splitmix, self._made,
+                self._edges, self._explore, self._hold, self._held, self._measures, self._splitmix, self._made,
             )  # fmt: skip
             self._note(frame, len(self._made))
             self._next = frame + self._clock

@@ -34,6 +34,8 @@ class TeamSettings(Frozen):
             yet and moves randomly.
         explore: for a learned team: probability that a robot takes any behaviour that it knows for the
             state instead of the best.
+        explore_s: for a learned team that appraises what it sees: time for which a robot holds what it tries,
+            seconds, rounded to whole decisions; at least until the next one.
         posterior_std: for a learned team: standard deviation of a value known from one episode, goals; it
             falls with the root of the evidence. At each restart the team draws a value for each action
             from this posterior, and plays by these values until play stops (posterior sampling: Strens
@@ -54,6 +56,7 @@ class TeamSettings(Frozen):
     people: People = People()
     policy: str | None = None
     explore: float = Field(default=0.0, ge=0, le=1)
+    explore_s: float = Field(default=0.0, ge=0, le=10, exclude_if=lambda explore_s: explore_s == 0)
     posterior_std: float = Field(default=0.0, ge=0, serialization_alias="doubt")
     lcb_weight: float = Field(default=0.0, ge=0, serialization_alias="caution")
     min_visits: int = Field(default=0, ge=0, serialization_alias="trust")

@@ -143,7 +143,8 @@ def _drawn(memory: Memory, role: int, sight: F32, splitmix: SplitMix) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
     view: F64, direction: float, lead: int, robots: Records, appraiser: Appraiser, memory: Memory,
-    whole: Radix, edges: BinEdges, explore: float, packed: Records, splitmix: SplitMix, decisions: Records,
+    whole: Radix, edges: BinEdges, explore: float, hold: int, held: I64, packed: Records, splitmix: SplitMix,
+    decisions: Records,
 ) -> None:  # fmt: skip
     """Decide for all robots.
 
@@ -157,6 +158,8 @@ def decide(
         whole: digits of the key that keeps all elements; decisions are logged with it.
         edges: of the pitch.
         explore: chance that a robot takes any action instead of the best, in [0, 1].
+        hold: number of decisions for which it then stays with this action, at least 1.
+        held: int64 [N], how many of these are left; written. An action that a new role does not have ends.
         packed: measures, ``Measures.packed()``.
         splitmix: draws ties and exploration.
         decisions: records of :data:`pipeline.arena.teams.learned.DECISION`, [N], written; ``behaviour`` is
@@ -175,7 +178,14 @@ def decide(
         see_from(view, robot, m.goal_x, sight)
         if memory.sights.shape[1] > 0:
             _drawn(memory, role, sight, splitmix)
+        decision = decisions[robot - 1]
+        decision["robot"], decision["role"], decision["state"] = robot, role, state
+        if held[robot - 1] > 0 and appraiser.allowed[role, own["behaviour"]]:
+            held[robot - 1] -= 1
+            decision["behaviour"], decision["random"] = role * len(appraiser.codes) + own["behaviour"], True
+            continue
         tries = uniform(splitmix) < explore
+        held[robot - 1] = hold - 1 if tries else 0
         best, most, ties = 0, 0.0, 0
         for action in range(1, len(appraiser.codes)):
             if not appraiser.allowed[role, action]:
@@ -189,8 +199,6 @@ def decide(
                     best = action
         own["behaviour"], own["place"] = best, 0
         executors.start(appraiser.codes[best], robot, view, roles, m, splitmix, own["action"])
-        decision = decisions[robot - 1]
-        decision["robot"], decision["role"], decision["state"] = robot, role, state
         decision["behaviour"], decision["random"] = role * len(appraiser.codes) + best, tries or best == 0
 
 

@@ -37,6 +37,7 @@ class SeasonSettings(MatchSettings):
             instead of the best.
         explore_last: the same in the last game; between them it changes linearly. Practice matches explore
             as much; see ``explore_counted`` for the game itself.
+        explore_s: how long an apprentice that appraises what it sees holds what it tries, seconds.
         posterior_std: standard deviation of a value known from one episode, goals. The apprentice draws its
             values from this posterior at each restart.
         lcb_weight: goals subtracted from a value known from one episode, in the counted match of a game.
@@ -57,6 +58,7 @@ class SeasonSettings(MatchSettings):
     practice: int = Field(default=0, ge=0, lt=_SEEDS_A_GAME)
     explore: float = Field(default=0.1, ge=0, le=1)
     explore_last: float = Field(default=0.1, ge=0, le=1)
+    explore_s: float = Field(default=0.0, ge=0, le=10, exclude_if=lambda explore_s: explore_s == 0)
     posterior_std: float = Field(default=0.0, ge=0)
     lcb_weight: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
@@ -132,6 +134,7 @@ class Season(Frozen):
                     explore=explore if tries else 0.0, posterior_std=own.posterior_std if tries else 0.0,
                     lcb_weight=own.lcb_weight if match == 0 else 0.0, clock=own.clock,
                     clock_s=own.clock_s, predict_s=own.predict_s,
+                    explore_s=own.explore_s if tries else 0.0,
                 ),
                 away=self.opposing,
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),
