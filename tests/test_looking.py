@@ -127,6 +127,28 @@ def test_team_decides_by_the_clock(played):
     assert (chosen["role"].cast(pl.String) == chosen["behaviour_id"].str.head(-4)).all()
 
 
+def test_holds_what_it_tries():
+    """What a robot tries it holds for its time, from its first decision on, whatever becomes of its role.
+
+    With three decisions to a try, the three of each are of one code, and other tries are of others.
+    """
+    alike = [11, 21, 44, 88, 118]
+    policy = PolicyTables(pairs_of(goalkeeper=alike, midfield=alike, striker=alike), Appraisals.empty())
+    of = TeamSettings(kind="learned", policy="it", explore=1.0, explore_s=1.5, clock_s=0.5)
+    recipe = Recipe(home=of, away=TeamSettings(kind="static"), seed=3, referee=RefereeSettings(duration_s=60.0))
+    match = Match(recipe, controllers_of(recipe, {"it": policy}))
+    while match.advance(500):
+        pass
+    made = match.take().decisions.filter(team="home").sort("robot", "t_ns").with_columns(
+        code=pl.col("behaviour_id").str.split("-").list.last(), number=pl.int_range(pl.len()).over("robot", "episode"))
+    assert made["random"].all()
+    tries = made.group_by("robot", "episode", pl.col("number") // 3).agg(pl.col("code").unique())
+    assert set(tries["code"].list.len()) == {1}
+    assert set(tries["code"].list.first()) == {f"{code:03d}" for code in alike}
+    begun = made.filter(pl.col("number") % 3 == 0).sort("robot", "t_ns")["code"]
+    assert 0.05 < (begun == begun.shift()).mean() < 0.4, "a fifth by chance"
+
+
 def test_changes_by_hand(played):
     """V a second later less V now, for the own team; a goal within that second counts as one."""
     log, _ = played

@@ -265,6 +265,7 @@ ABLATIONS = {
                          "pipeline.grams.watched_s"},
     "looking-late": {"camera.latency_s", "camera.position_noise", "predict_s"},
     "looking-all-late": {"camera.latency_s", "camera.position_noise", "predict_s", "pipeline.policies.appraisals.codes"},
+    "looking-held": {"explore", "explore_last", "explore_s", "pipeline.policies.appraisals.codes"},
     "looking-drawn": {"pipeline.policies.appraisals.codes", "pipeline.policies.appraisals.sights"},
     "looking-shuffled": {"pipeline.policies.appraisals.codes"},
     "paper-full35": {"pipeline.knowledge.state_key", "opponents"},

@@ -253,7 +253,8 @@ class AppraisingController(_Deciding):
         if frame >= self._next:
             appraising.decide(
                 view, self._direction, self._lead, self._robots, self._appraiser, self._memory, self._whole,
-                self._edges, self._explore, self._hold, self._held, self._measures, self._splitmix, self._made,
+                self._edges, self._explore, self._hold, self._held, self._measures, self._splitmix,
+                self._made,
             )  # fmt: skip
             self._note(frame, len(self._made))
             self._next = frame + self._clock
