@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
+from studies.peers import playing
 from studies.peers.network import Network, load
+from studies.peers.playing import played
 from studies.peers.tables import curve, learners, markdown
 from studies.peers.teams import OURS, STATIC
 
@@ -25,6 +27,20 @@ def test_network(activation, tmp_path):
     network(activation).save(path)
     expected = [0, 1, 0] if activation == "relu" else [1, 1, 1]  # of tanh the two halves cancel out
     assert network(activation).choose(seen).tolist() == load(path).choose(seen).tolist() == expected
+
+
+@pytest.mark.slow
+def test_played(tmp_path, monkeypatch):
+    """A network plays pairs of matches once; what was played is there the next time, and no other team's."""
+    path = tmp_path / "network.npz"
+    Network((np.zeros((33, 32), dtype=np.float32),), (np.eye(32, dtype=np.float32)[0],), "relu").save(path)
+    found = played(str(path), "best-constant", [3], tmp_path)
+    assert found.columns == ["seed", "difference"]
+    assert found["difference"].item() < 0, "it does the same all the time"
+    monkeypatch.setattr(playing, "differences", lambda *_: pytest.fail("it has played that"))
+    assert played(str(path), "best-constant", [3], tmp_path).equals(found)
+    assert played(str(path), "best-constant", [4], tmp_path, there=True).is_empty()
+    assert played(str(path), "constant:044", [3], tmp_path, there=True).is_empty()
 
 
 def results():

@@ -70,8 +70,8 @@ def played(team: str, opponent: str, seeds: Sequence[int], data: Path, there: bo
         there: whether only those are wanted that were played before.
     """
     said = team if team == ANY else digest(Path(team).read_bytes())
-    team = f"{opponent} {constant(opponent)} {clock_of(opponent)}"  # best-constant may be another one day
-    kept = data / "peers" / "played" / f"{digest(f'{said} {team} {arena.VERSION}'.encode())}.csv"
+    against = f"{opponent} {constant(opponent)} {clock_of(opponent)}"  # best-constant may be another one day
+    kept = data / "peers" / "played" / f"{digest(f'{said} {against} {arena.VERSION}'.encode())}.csv"
     known = pl.read_csv(kept) if kept.exists() else pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
     missing = [seed for seed in seeds if seed not in known["seed"]]
     if missing and not there:
