@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict, Unpack
 
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
+from pipeline.arena.teams.clock import ClockSettings
 from pipeline.arena.teams.constant import BEST, clock_of, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
@@ -22,12 +23,28 @@ _SEASONS = "seasons"
 REMOTE = "remote"
 
 
+class Options(TypedDict, total=False):
+    """How a learned team is to play. What is left out, or None, is as when the team learned, or was found.
+
+    Attributes:
+        explore, lcb_weight, min_visits, blind, predict_s, clock_s: see ``TeamSettings``.
+        least_s, interrupts, begin_ended: see ``ClockSettings``.
+    """
+
+    explore: float | None
+    lcb_weight: float | None
+    min_visits: int | None
+    blind: bool | None
+    predict_s: float | None
+    clock_s: float | None
+    least_s: float | None
+    interrupts: bool | None
+    begin_ended: bool | None
+
+
 def entrant(
-    store: Store, word: str, policies: dict[str, PolicyTables], *, explore: float | None = None,
-    lcb_weight: float | None = None, min_visits: int | None = None, blind: bool | None = None,
-    predict_s: float | None = None, clock_s: float | None = None, least_s: float | None = None,
-    interrupts: bool | None = None, begin_ended: bool | None = None,
-) -> Entrant:  # fmt: skip
+    store: Store, word: str, policies: dict[str, PolicyTables], **options: Unpack[Options]
+) -> Entrant:
     """The team that a word names; its policy, if it has one, is added to ``policies``.
 
     Args:
@@ -37,16 +54,7 @@ def entrant(
             :func:`pipeline.arena.teams.constant.constant`; the id of a season for its apprentice, see
             :func:`apprentice`.
         policies: policies by label; the team's is added.
-        explore: for a learned team, see ``TeamSettings``; None means 0.
-        lcb_weight: for a learned team; None means the season's, else 0.
-        min_visits: for a learned team; None means the season's, else 0.
-        blind: for a learned team; None means that it looks.
-        predict_s: for a learned team; None means as it played when it learned, else 0.
-        clock_s: for a learned team that looks, see ``TeamSettings``; None likewise.
-        least_s: for a learned or a constant team, see ``ClockSettings``, as the next two; None means as it
-            played when it learned, or was found, else the paper's.
-        interrupts: likewise.
-        begin_ended: likewise.
+        options: how it plays; a scripted team has none.
 
     Raises:
         BadSettings: if the word names no team, or a constant team of unknown codes.
@@ -54,8 +62,6 @@ def entrant(
     """
     if word in SCRIPTED or word == REMOTE:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
-    timed = {"least_s": least_s, "interrupts": interrupts, "begin_ended": begin_ended}
-    clock = {name: value for name, value in timed.items() if value is not None}
     control = constant(word)
     version = word.removeprefix("learned:")
     if control is not None:
@@ -73,13 +79,16 @@ def entrant(
         named, tables = labelled(player.store, player.manifest)
         policies[named] = tables
         team = player.team
-    asked = {
-        "explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits, "blind": blind,
-        "predict_s": predict_s, "clock_s": clock_s,
-    }
-    said = team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
-    said["clock"] = team.settings.clock.model_dump() | clock
-    return team.model_copy(update={"settings": TeamSettings.model_validate(said)})
+    return playing(team, **options)
+
+
+def playing(team: Entrant, **options: Unpack[Options]) -> Entrant:
+    """A learned team that plays by options."""
+    given = {name: value for name, value in options.items() if value is not None}
+    clock = {name: given.pop(name) for name in ClockSettings.model_fields if name in given}
+    settings = team.settings.model_dump() | given
+    settings["clock"] = team.settings.clock.model_dump() | clock
+    return team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
 
 
 class Player(NamedTuple):

@@ -12,9 +12,10 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveInt
 from cyclopts.validators import Number
 
-from flows.teams import entrant
+from flows.teams import entrant, playing
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import MatchSettings, match_settings
+from pipeline.arena.teams.clock import ClockSettings
 from pipeline.arena.teams.constant import BEST, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
@@ -85,7 +86,7 @@ def _lasting(minutes: float) -> dict[str, Any]:
 
 _LOOKS = "a team that looks (its policy's learner is \"sight\")"
 _IN_STATES, _CONSTANT = "a team that looks behaviours up in states", "a constant team"
-_CLOCK = ("least_s", "interrupts", "begin_ended")
+_CLOCK = tuple(ClockSettings.model_fields)
 #: Kinds of learned teams, and the options that each has.
 _OPTIONS = {
     _LOOKS: ("explore", "blind", "predict_s", "clock_s"),
@@ -138,19 +139,16 @@ class Learners:
         """
         policies: dict[str, PolicyTables] = {}
         asked = {name: value for name, value in asdict(self).items() if value is not None}
-        teams, unused = [], dict(asked)
-        for word in words:
-            team = entrant(store, word, policies)
-            names = _options(word, team, policies)
-            own = {name: value for name, value in asked.items() if name in names}
-            teams.append(entrant(store, word, policies, **own) if own else team)
-            unused = {name: value for name, value in unused.items() if name not in own}
-        for name in unused:
-            having = [kind for kind, names in _OPTIONS.items() if name in names]
+        named = [(word, entrant(store, word, policies)) for word in words]
+        has = [_options(word, team, policies) for word, team in named]
+        unknown = next((name for name in asked if not any(name in names for names in has)), None)
+        if unknown is not None:
+            having = [kind for kind, names in _OPTIONS.items() if unknown in names]
             verb = "has" if len(having) == 1 else "have"
-            raise BadSettings(f"only {' and '.join(having)} {verb} this option", where=option(name),
+            raise BadSettings(f"only {' and '.join(having)} {verb} this option", where=option(unknown),
                               next_step="Leave it out, or name such a team")
-        return teams, policies
+        return [playing(team, **{name: asked[name] for name in names if name in asked})
+                for (_, team), names in zip(named, has, strict=True)], policies
 
 
 def _options(word: str, team: Entrant, policies: Mapping[str, PolicyTables]) -> Sequence[str]:

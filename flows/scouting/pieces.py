@@ -71,7 +71,7 @@ def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Done:
 
 
 class TeamTodo(NamedTuple):
-    """What the pages of a team are made from.
+    """A team whose pages are to be made, and what they are made from.
 
     Attributes:
         team: the team.

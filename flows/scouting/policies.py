@@ -97,7 +97,7 @@ def summary(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any]]:
 
 
 def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, Any]:
-    """What the page of a policy says.
+    """Content of the page of a policy.
 
     Args:
         store: the data folder.

@@ -24,7 +24,7 @@ _CORNERS = ("a", "b", "c", "d", "rises_at", "falls_at")
 
 
 def facts(store: Store, league: Sequence[Match]) -> dict[str, Any]:
-    """What the page says."""
+    """Content of the page."""
     each = {kind: [match for match in league if match.pitch.kind.value == kind] for kind in _KINDS}
     rows = pl.concat([Situations.empty().with_columns(kind=pl.lit("")), *(
         store.read_table(match.made["situations"], "situations", Situations).with_columns(kind=pl.lit(kind))

@@ -1,4 +1,4 @@
-"""What the pages are made from: the tables of matches that have run, and the newest knowledge."""
+"""Tables of matches that have run, and the newest knowledge, of which pages are made."""
 
 from __future__ import annotations
 

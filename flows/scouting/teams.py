@@ -56,7 +56,7 @@ _ATTACKS = "It attacks to the right."
 def facts(
     store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
-    """What the page of a team says of its matches; ``lines`` are the league's, by match."""
+    """Content of a team's page on its matches; ``lines`` are the league's, by match."""
     rows = []
     leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
     moments, played = [], [(match, side) for match in matches for side in sides_of(team, match)]
@@ -95,7 +95,7 @@ def over(
 
 
 def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
-    """What a team does while it leads, is level or trails, over its matches; no rates below LEAST_S."""
+    """A team's play while it leads, is level or trails, over its matches; no rates below LEAST_S."""
     seconds, owned = sum(it.seconds for it in each), sum(it.owned_s for it in each)
     enough = seconds >= LEAST_S
     shots, lost = sum(it.shots for it in each), sum(it.lost for it in each)
@@ -182,7 +182,7 @@ def formation(places: pl.DataFrame, pitch: Pitch) -> Any:
 def gallery(
     store: Store, team: TeamName, matches: Sequence[Match], known: Known, learned: Learned
 ) -> dict[str, Any] | None:
-    """What the page of a team's behaviours says; None if it has none of its own."""
+    """Content of the page of a team's behaviours; None if it has none of its own."""
     own = known.of(team)
     if own.is_empty():
         return None

@@ -36,7 +36,7 @@ TITLE = "The league"
 
 
 class Written(NamedTuple):
-    """What a call wrote.
+    """Outcome of a call that writes pages.
 
     Attributes:
         first: the page to begin with.

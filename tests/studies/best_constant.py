@@ -46,10 +46,11 @@ from pipeline.store.receipts import software
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
 from pipeline.studies.seasons.settings import named
 
+_APPRENTICE = named("best")
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.
-BUDGET_MINUTES = 35 * (1 + 3) * 8
+BUDGET_MINUTES = _APPRENTICE.games * _APPRENTICE.matches_a_game * 8
 #: The clocks of the searches, in turn, by the settings that have them.
-CLOCKS = {"paper": PAPER, "best": named("best").clock}
+CLOCKS = {"paper": PAPER, "best": _APPRENTICE.clock}
 #: Seeds of the first pair of matches of each search.
 FIRST_SEEDS = range(610_000_000, 670_000_000, 10_000_000)
 #: Seeds of the pairs of the final.

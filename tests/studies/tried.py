@@ -13,13 +13,13 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-import matplotlib as mpl
 import polars as pl
 from matplotlib.figure import Figure
 from studies.peers.teams import STATIC
 
 from pipeline.statistics import mean_interval
 from pipeline.studies.seasons.settings import named
+from pipeline.views.plots.style import png
 
 #: The study of learners that play no seasons.
 PEERS = "peers"
@@ -40,7 +40,7 @@ class Kind(NamedTuple):
 
     def learned_from(self, game: int) -> int:
         """Matches that it has learned from before a counted match of a season; a peer's game is that number."""
-        return game if self.study == PEERS else (game - 1) * (1 + named(self.name).practice)
+        return game if self.study == PEERS else (game - 1) * named(self.name).matches_a_game
 
 
 KINDS = (
@@ -93,7 +93,6 @@ def curves(found: pl.DataFrame) -> pl.DataFrame:
 
 def plot(found: pl.DataFrame, path: Path) -> None:
     """The curves, and bands of their intervals."""
-    mpl.rcParams["svg.hashsalt"] = "pitchlore"
     figure = Figure(figsize=(9, 6), layout="constrained")
     axes = figure.subplots()
     for number, ((kind,), own) in enumerate(found.group_by("kind", maintain_order=True)):
@@ -110,7 +109,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
     axes.set_xlabel("matches of eight minutes against the static team")
     axes.set_ylabel("goals a match more than the static team")
     axes.legend(fontsize=8)
-    figure.savefig(path, dpi=110, metadata={"Software": None})
+    path.write_bytes(png(figure))
 
 
 def main(folder: Path) -> None:

@@ -68,6 +68,11 @@ class SeasonSettings(MatchSettings):
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)
     pipeline: Settings = Settings()
 
+    @property
+    def matches_a_game(self) -> int:
+        """Matches of a game: the counted one, and those for learning only."""
+        return 1 + self.practice
+
 
 class Season(Frozen):
     """One season: settings, opponent and seed.

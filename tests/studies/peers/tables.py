@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import polars as pl
 from matplotlib.figure import Figure
 from studies.peers.teams import OURS, STATIC, WHOLE, Team
 
 from pipeline.arena.teams.panel import PANEL
 from pipeline.statistics import mean_interval
+from pipeline.views.plots.style import png
 from schemas.table import called
 
 #: What rows are made of: trainings of one learner after as many matches.
@@ -79,7 +79,6 @@ def _cell(own: pl.DataFrame) -> str:
 
 def plot(found: pl.DataFrame, path: Path) -> None:
     """Goal difference against the static team over the number of matches; controls are lines."""
-    mpl.rcParams["svg.hashsalt"] = "pitchlore"
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.subplots()
     against = found.filter(opponent=STATIC).sort("matches")
@@ -103,7 +102,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
     axes.set_xlabel("matches of eight minutes against the static team")
     axes.set_ylabel("goals a match more than the static team")
     axes.legend(fontsize=8)
-    figure.savefig(path, dpi=110, metadata={"Software": None})
+    path.write_bytes(png(figure))
 
 
 def write(out: Path, rows: Sequence[dict[str, object]]) -> None:

@@ -17,12 +17,12 @@ from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair
+from pipeline.studies.seasons.settings import named
 
 STATIC = PANEL[0]
-#: Matches of a game of our apprentices' seasons.
-GAME = 10
-#: Matches of a season.
-ONCE = 140
+#: Matches of a game of our apprentices' seasons, and of a season.
+GAME = named(ALL).matches_a_game
+ONCE = named(ALL).games * GAME
 #: Learners that play, and how many matches; the first training of the long ones goes on for hours.
 ONLINE, LONG = {"ppo": 10 * ONCE, "dqn": 10 * ONCE, "ppo-v": ONCE, "dqn-v": ONCE}, ("ppo", "dqn")
 #: Learners that learn from what our apprentice's season logged.
