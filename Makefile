@@ -126,12 +126,13 @@ rules: $(READY)  ## what each rule of the static team is worth (a quarter of an 
 best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant
 
-looking: $(READY)  ## does a team that looks win? apprentices against the panel, and blind (five hours)
-	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
+# LEARNERS: the settings of some seasons (looking-held); then the rows of others stay as they are.
+looking: $(READY)  ## does a team that looks win? apprentices against the panel, and blind (six hours; LEARNERS)
+	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA) $(LEARNERS)
 
 # It plays apprentices that `make looking` has trained.
-trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (a quarter of an hour)
-	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA)
+trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (half an hour; LEARNERS)
+	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA) $(LEARNERS)
 
 # It takes the results of seasons, imitation and peers that are in data/studies.
 tried: $(READY)  ## which kinds of learners were tried, their curves (seconds)

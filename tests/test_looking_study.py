@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.looking import ARMS, DISTURBED, PANEL, SETTINGS, Aim, aims, information
+from studies.looking import ARMS, HELD, PANEL, Aim, aims, information, replaced
 
 from schemas import ROLES
 from schemas.sights import SIGHT
@@ -15,7 +15,7 @@ def results(ours, blind=-5.0, spread=0.5):
     """Results of five apprentices: a mean against each opponent and in each arm."""
     wiggle = spread * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
     rows = [{"arm": arm.name, "opponent": opponent, "difference": float(each)}
-            for arm in ARMS for opponent in arm.opponents
+            for arm in ARMS[HELD.season] for opponent in arm.opponents
             for each in (blind if arm.blind else ours) + wiggle]
     return pl.DataFrame(rows)
 
@@ -27,7 +27,7 @@ def control():
 
 
 def reached(found: pl.DataFrame, control: pl.DataFrame) -> dict[str, Aim]:
-    return {aim.aim: aim for aim in aims(found, "panel", "blind", control, [arm.name for arm in DISTURBED[SETTINGS]])}
+    return {aim.aim: aim for aim in aims(found, HELD, control)}
 
 
 def test_aims_of_a_good_team(control):
@@ -65,3 +65,11 @@ def test_information():
     entropy = -(up * np.log2(up) + (1 - up) * np.log2(1 - up))
     assert information(decided(rng, follows=True)) == pytest.approx(entropy, abs=0.03)
     assert information(decided(rng, follows=False)) == pytest.approx(0.0, abs=0.01)
+
+
+def test_rows_of_other_learners_stay(tmp_path):
+    """A learner that is measured alone replaces its own rows of a table; those of others stay, in the order of learners."""
+    path = tmp_path / "aims.csv"
+    replaced(path, {"looking-held": pl.DataFrame({"mean": [1.234, 2.0]}), "looking": pl.DataFrame({"mean": [3.0]})}, 2)
+    replaced(path, {"looking-held": pl.DataFrame({"mean": [4.0]})}, 2)
+    assert path.read_text().splitlines() == ["season,mean", "looking,3.00", "looking-held,4.00"]

@@ -1,7 +1,7 @@
 """Does a team that looks win? Apprentices of fresh seeds, the panel, and what they are without looking.
 
-``PYTHONPATH=tests python -m studies.looking data/studies/looking DATA`` (five hours on 2 cores; what
-is in the data folder is not played again).
+``PYTHONPATH=tests python -m studies.looking data/studies/looking DATA`` (six hours on 2 cores; what is in the data
+folder is not played again). Settings of learners may follow: then these are played, and the rows of others stay.
 
 The aims were written down before any of these seeds was played. Apprentices train against the static team alone,
 in seasons of 140 matches of eight minutes, own exploration included. Each plays 100 matches, in pairs with one
@@ -14,6 +14,9 @@ matches with cameras that disturb, and their seasons with the late one, were add
 Apprentices of ``looking`` have watched 21 to 31 of the 31 actions in a role after the first game, and nearly all
 after the third: the two learners hardly differ. So ``together.csv`` has the ten apprentices of both.
 
+``looking-held`` holds what it tries for a second. It was chosen on development seeds (DECISIONS.md, "Peers of the team that
+looks" and before), after the other two were known, and has seasons and matches of fresh seeds.
+
 Controls of the learner: ``looking-shuffled`` learns from actions, and ``looking-drawn`` from sights, that were dealt
 out anew.
 
@@ -25,7 +28,7 @@ logged matches of each apprentice.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,20 +59,6 @@ from pipeline.studies.evaluations import Evaluation
 from schemas import ROLES, Decisions, Sights, Values
 from schemas.sights import SIGHT
 
-#: Seeds of the seasons, and of the pairs of matches. Nobody trained or was chosen on them.
-SEASONS = range(2001, 2006)
-SEEDS = range(2_000_000, 2_000_050)
-#: The same of the late camera.
-LATE_SEASONS = range(2011, 2016)
-LATE_SEEDS = range(2_200_000, 2_200_050)
-#: The same of the apprentices that are offered all actions.
-ALL_SEASONS = range(2021, 2026)
-ALL_SEEDS = range(2_300_000, 2_300_050)
-#: The same of those among them whose camera is late.
-ALL_LATE_SEASONS = range(2031, 2036)
-ALL_LATE_SEEDS = range(2_400_000, 2_400_050)
-#: Seasons of the apprentices that are trained on sights of other moments; their matches have ALL_SEEDS.
-DRAWN_SEASONS = range(2041, 2046)
 #: Seeds of the logged matches.
 LOGGED = range(2_100_000, 2_100_004)
 STATIC, CONSTANT = "static", "best-constant"
@@ -77,7 +66,6 @@ USUAL = MatchSettings(referee=RefereeSettings(duration_s=480.0))
 _LATE = USUAL.model_copy(update={"camera": CameraSettings(latency_s=0.1, position_noise=0.01)})
 _TYPICAL = CameraSettings(position_noise=0.003, heading_noise=np.radians(2.0))
 _ROLLING = PhysicsSettings().rolling
-SETTINGS, ALL = "looking", "looking-all"
 
 
 class Arm(NamedTuple):
@@ -86,73 +74,116 @@ class Arm(NamedTuple):
     Attributes:
         name: of the arm.
         opponents: words of the opponents.
-        how: the matches.
-        blind: whether the apprentice is blind.
-        trained: settings of its season.
+        trained: settings of the apprentices' seasons.
         seasons: seeds of the seasons.
         seeds: of the pairs of matches.
+        how: the matches.
+        blind: whether the apprentice is blind.
         predict_s: how far ahead the team predicts; None: as its season says, or not at all.
     """
 
     name: str
     opponents: Sequence[str]
+    trained: str
+    seasons: range
+    seeds: range
     how: MatchSettings = USUAL
     blind: bool | None = None
-    trained: str = SETTINGS
-    seasons: range = SEASONS
-    seeds: range = SEEDS
     predict_s: float | None = None
 
 
-def _disturbed(arm: Arm, prefix: str = "") -> list[Arm]:
-    """The arms in which a camera's usual noise disturbs the apprentices of an arm, with three kinds of ground."""
-    rolling = {"": 1.0, ", rolling -50%": 0.5, ", rolling +50%": 1.5}
-    return [arm._replace(name=f"{prefix}camera noise{said}", opponents=(STATIC,), how=USUAL.model_copy(update={
-        "camera": _TYPICAL, "physics": PhysicsSettings(rolling=share * _ROLLING)})) for said, share in rolling.items()]
+class Learner(NamedTuple):
+    """Five apprentices, five more whose camera is late, and their matches. Nobody was chosen on these seeds.
+
+    Attributes:
+        season: settings of the seasons; those with the late camera are called ``season``-late.
+        said: what the names of its arms begin with.
+        seasons, seeds: of the seasons, and of the pairs of matches.
+        late_seasons, late_seeds: the same of the late camera.
+    """
+
+    season: str
+    said: str
+    seasons: range
+    seeds: range
+    late_seasons: range
+    late_seeds: range
+
+    @property
+    def panel(self) -> Arm:
+        """Its matches against the panel."""
+        return Arm(self.said or "panel", PANEL, self.season, self.seasons, self.seeds)
+
+    @property
+    def blind(self) -> Arm:
+        """Its matches against static, blind."""
+        return self.panel._replace(name=self.named("blind"), opponents=(STATIC,), blind=True)
+
+    @property
+    def noisy(self) -> list[Arm]:
+        """Those in which a camera's usual noise disturbs it, on three kinds of ground."""
+        rolling = {"": 1.0, ", rolling -50%": 0.5, ", rolling +50%": 1.5}
+        return [self.panel._replace(name=self.named(f"camera noise{said}"), opponents=(STATIC,), how=USUAL.model_copy(
+            update={"camera": _TYPICAL, "physics": PhysicsSettings(rolling=share * _ROLLING)}))
+            for said, share in rolling.items()]
+
+    @property
+    def late(self) -> Arm:
+        """Those of the apprentices whose camera is late."""
+        return Arm(self.named("late camera, trained under it"), (STATIC,), f"{self.season}-late",
+                   self.late_seasons, self.late_seeds, _LATE)
+
+    @property
+    def arms(self) -> list[Arm]:
+        """All of these."""
+        return [self.panel, self.blind, *self.noisy, self.late]
+
+    def named(self, kind: str) -> str:
+        """The name of an arm."""
+        return f"{self.said}, {kind}" if self.said else kind
+
+    def controls(self, *others: str) -> list[tuple[str, Arm]]:
+        """Teams that learn nothing, in its arms: best-constant in all but the blind one, others against the panel."""
+        against = [(word, self.panel._replace(opponents=[opponent for opponent in PANEL if opponent != word]))
+                   for word in (CONSTANT, *others)]
+        predicts = self.late._replace(name=self.named("late camera, predicts"), predict_s=0.1)
+        return [*against, *((CONSTANT, arm) for arm in (*self.noisy, predicts))]
 
 
-_LOOKING = Arm("panel", PANEL)
-_BLIND = _LOOKING._replace(name="blind", opponents=(STATIC,), blind=True)
-_TRAINED_LATE = Arm("late camera, trained under it", (STATIC,), _LATE, trained="looking-late",
-                    seasons=LATE_SEASONS, seeds=LATE_SEEDS)
-_ALL = Arm("all actions offered", PANEL, trained=ALL, seasons=ALL_SEASONS, seeds=ALL_SEEDS)
-_ALL_BLIND = _ALL._replace(name="all actions offered, blind", opponents=(STATIC,), blind=True)
-_ALL_LATE = Arm("all actions offered, late camera, trained under it", (STATIC,), _LATE, trained="looking-all-late",
-                seasons=ALL_LATE_SEASONS, seeds=ALL_LATE_SEEDS)
-#: Arms in which a camera disturbs the apprentices, by the settings that they differ from.
-DISTURBED = {
-    SETTINGS: [*_disturbed(_LOOKING), _TRAINED_LATE],
-    ALL: [*_disturbed(_ALL, "all actions offered, "), _ALL_LATE],
+WATCHED = Learner("looking", "", range(2001, 2006), range(2_000_000, 2_000_050),
+                  range(2011, 2016), range(2_200_000, 2_200_050))
+ALL = Learner("looking-all", "all actions offered", range(2021, 2026), range(2_300_000, 2_300_050),
+              range(2031, 2036), range(2_400_000, 2_400_050))
+HELD = Learner("looking-held", "tries held", range(2051, 2056), range(2_600_000, 2_600_050),
+               range(2061, 2066), range(2_650_000, 2_650_050))
+LEARNERS = (WATCHED, ALL, HELD)
+#: The arms, by the learner that they belong to.
+ARMS: dict[str, list[Arm]] = {
+    WATCHED.season: [
+        *WATCHED.arms,
+        WATCHED.late._replace(name="late camera, trained under it, does not predict", predict_s=0.0),
+        WATCHED.panel._replace(name="actions shuffled in training", opponents=(STATIC,), trained="looking-shuffled")],
+    ALL.season: [
+        *ALL.arms,
+        ALL.panel._replace(name="all actions offered, sights drawn in training", opponents=(STATIC, CONSTANT),
+                           trained="looking-drawn", seasons=range(2041, 2046))],
+    HELD.season: HELD.arms,
 }
-ARMS = (
-    _LOOKING,
-    _BLIND,
-    *DISTURBED[SETTINGS],
-    _TRAINED_LATE._replace(name="late camera, trained under it, does not predict", predict_s=0.0),
-    Arm("actions shuffled in training", (STATIC,), trained="looking-shuffled"),
-    _ALL,
-    _ALL_BLIND,
-    _ALL._replace(name="all actions offered, sights drawn in training", opponents=(STATIC, CONSTANT),
-                  trained="looking-drawn", seasons=DRAWN_SEASONS),
-    *DISTURBED[ALL],
-)
+#: Teams that learn nothing, in the same matches.
+CONTROLS: dict[str, list[tuple[str, Arm]]] = {
+    WATCHED.season: [
+        *WATCHED.controls("constant:044", "pressing"),
+        (CONSTANT, WATCHED.late._replace(name="late camera", predict_s=0.0))],
+    ALL.season: ALL.controls(),
+    HELD.season: HELD.controls("constant:044"),
+}
 #: Arms that differ only in whether all actions were offered.
-_ALIKE = ((_LOOKING, _ALL), (_BLIND, _ALL_BLIND), *zip(DISTURBED[SETTINGS], DISTURBED[ALL], strict=True))
-#: Teams that learn nothing: against the panel, and with cameras that disturb.
-CONTROLS = (
-    *((word, Arm("panel", [opponent for opponent in PANEL if opponent != word]))
-      for word in (CONSTANT, "constant:044", "pressing")),
-    *((CONSTANT, Arm(name, (STATIC,), _LATE, seeds=LATE_SEEDS, predict_s=predict_s))
-      for name, predict_s in (("late camera", 0.0), ("late camera, predicts", 0.1))),
-    *((CONSTANT, arm) for arm in DISTURBED[ALL] if arm is not _ALL_LATE),
-    (CONSTANT, _ALL_LATE._replace(name="all actions offered, late camera, predicts", predict_s=0.1)),
-    (CONSTANT, _ALL._replace(opponents=[opponent for opponent in PANEL if opponent != CONSTANT])),
-)
+_ALIKE = tuple(zip(WATCHED.arms, ALL.arms, strict=True))
 
 
-def seasons(data: Path) -> None:
+def seasons(arms: Sequence[Arm], data: Path) -> None:
     """Play the seasons that are missing."""
-    for settings, seeds in dict.fromkeys((arm.trained, arm.seasons) for arm in ARMS):
+    for settings, seeds in dict.fromkeys((arm.trained, arm.seasons) for arm in arms):
         command("season", "--settings", settings, "--seed", str(seeds[0]), "--seasons", str(len(seeds)),
                 "--data", str(data))
 
@@ -212,33 +243,29 @@ def _aim(name: str, needed: float, values: Sequence[float], least: float = -np.i
     return Aim(name, needed, float(np.mean(values)), low, high, least)
 
 
-def aims(
-    found: pl.DataFrame, arm: str, blind: str, control: pl.DataFrame, others: Sequence[str] = ()
-) -> Iterator[Aim]:
-    """The aims of apprentices.
+def aims(found: pl.DataFrame, learner: Learner, control: pl.DataFrame) -> Iterator[Aim]:
+    """The aims of a learner's apprentices.
 
     Args:
         found: results.csv.
-        arm: the apprentices' matches against the panel.
-        blind: their matches against static when they are blind.
+        learner: theirs.
         control: pairs of the best constant team against static, on the same seeds.
-        others: arms in which they have to beat static.
     """
 
-    def means(arm: str, opponent: str = STATIC) -> list[float]:
-        return found.filter(arm=arm, opponent=opponent)["difference"].to_list()
+    def means(arm: Arm, opponent: str = STATIC) -> list[float]:
+        return found.filter(arm=arm.name, opponent=opponent)["difference"].to_list()
 
-    yield _aim("1. ahead of best-constant, head to head", 2.0, means(arm, CONSTANT))
-    ours, theirs = means(arm), control["difference"].to_numpy()
+    yield _aim("1. ahead of best-constant, head to head", 2.0, means(learner.panel, CONSTANT))
+    ours, theirs = means(learner.panel), control["difference"].to_numpy()
     low, high = welch(ours, theirs) or (float("nan"), float("nan"))
     yield Aim("2. ahead of static by more than best-constant (Welch)", 1.0, float(np.mean(ours) - theirs.mean()),
               low, high)
     for opponent in PANEL:
-        yield _aim(f"3. not beaten by {opponent}", -1.0, means(arm, opponent))
-    lost = [a - b for a, b in zip(ours, means(blind), strict=True)]
+        yield _aim(f"3. not beaten by {opponent}", -1.0, means(learner.panel, opponent))
+    lost = [a - b for a, b in zip(ours, means(learner.blind), strict=True)]
     yield _aim("4. loses when it is blind", 0.0, lost, least=3.0)
-    for other in others:
-        yield _aim(f"5. beats static, {other}", 0.0, means(other))
+    for arm in (*learner.noisy, learner.late):
+        yield _aim(f"5. beats static, {arm.name}", 0.0, means(arm))
 
 
 def described(store: Store, word: str) -> dict[str, object]:
@@ -344,31 +371,50 @@ def _gains(appraisals: pl.DataFrame, decided: pl.DataFrame) -> np.ndarray:
     return gain
 
 
-def main(out: Path, data: Path) -> None:
+def played(store: Store, learner: Learner, crew: Crew) -> dict[str, pl.DataFrame]:
+    """The tables of a learner by name; what is missing is played."""
+    arms, season = ARMS[learner.season], learner.season
+    results = pl.DataFrame([
+        row(word, arm.name, opponent, measured(store, word, arm, opponent, crew))
+        for arm in arms for word in (f"{arm.trained}-static-{seed}" for seed in arm.seasons)
+        for opponent in arm.opponents])
+    controls = {(word, arm.name, opponent): measured(store, word, arm, opponent, crew)
+                for word, arm in CONTROLS[season] for opponent in arm.opponents}
+    reached = aims(results, learner, controls[CONSTANT, learner.panel.name, STATIC])
+    return {
+        "results": results,
+        "controls": pl.DataFrame([row(*who, pairs) for who, pairs in controls.items()]),
+        "aims": pl.DataFrame([aim._asdict() | {"reached": aim.reached} for aim in reached]),
+        "decisions": pl.DataFrame([described(store, f"{season}-static-{seed}") for seed in learner.seasons]),
+    }
+
+
+def replaced(path: Path, tables: Mapping[str, pl.DataFrame], digits: int) -> None:
+    """Write the tables of learners into one, with their settings in column season; rows of other learners stay.
+
+    Args:
+        path: of the table.
+        tables: by the settings of the seasons.
+        digits: of its numbers.
+    """
+    there = pl.read_csv(path).partition_by("season", as_dict=True) if path.exists() else {}
+    rows = there | {(season,): own.select(pl.lit(season).alias("season"), pl.all()) for season, own in tables.items()}
+    pl.concat([own for season in ARMS if (own := rows.get((season,))) is not None], how="vertical_relaxed").write_csv(
+        path, float_precision=digits)
+
+
+def main(out: Path, data: Path, chosen: Sequence[str] = ()) -> None:
     """Play what is missing, and write the tables."""
+    learners = [learner for learner in LEARNERS if learner.season in (chosen or ARMS)]
     out.mkdir(parents=True, exist_ok=True)
-    seasons(data)
+    seasons([arm for learner in learners for arm in ARMS[learner.season]], data)
     store = Store(data)
     with crew_at(None, store.root) as crew:
-        results = pl.DataFrame([
-            row(word, arm.name, opponent, measured(store, word, arm, opponent, crew))
-            for arm in ARMS for word in (f"{arm.trained}-static-{seed}" for seed in arm.seasons)
-            for opponent in arm.opponents])
-        controls = {(word, arm.name, opponent): measured(store, word, arm, opponent, crew)
-                    for word, arm in CONTROLS for opponent in arm.opponents}
-    results.write_csv(out / "results.csv", float_precision=2)
-    together(results).write_csv(out / "together.csv", float_precision=2)
-    pl.DataFrame([row(*who, pairs) for who, pairs in controls.items()]).write_csv(
-        out / "controls.csv", float_precision=2)
-    reached = [
-        {"season": season} | aim._asdict() | {"reached": aim.reached}
-        for season, arm, blind in ((SETTINGS, _LOOKING.name, "blind"), (ALL, _ALL.name, _ALL_BLIND.name))
-        for aim in aims(results, arm, blind, controls[CONSTANT, arm, STATIC], [each.name for each in DISTURBED[season]])]
-    pl.DataFrame(reached).write_csv(out / "aims.csv", float_precision=2)
-    pl.DataFrame([described(store, f"{season}-static-{seed}")
-                  for season, seeds in ((SETTINGS, SEASONS), (ALL, ALL_SEASONS)) for seed in seeds]).write_csv(
-        out / "decisions.csv", float_precision=3)
+        tables = {learner.season: played(store, learner, crew) for learner in learners}
+    for name, digits in (("results", 2), ("controls", 2), ("aims", 2), ("decisions", 3)):
+        replaced(out / f"{name}.csv", {season: own[name] for season, own in tables.items()}, digits)
+    together(pl.read_csv(out / "results.csv")).write_csv(out / "together.csv", float_precision=2)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:])

@@ -1,7 +1,8 @@
 """Is what robots that look choose worth more than their role's best constant, where they choose it? A trial by lot.
 
-``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (a quarter of an hour on 2 cores; what is in the data
-folder is not played again) plays the apprentices of ``looking-all`` of that data folder against the static team.
+``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (half an hour on 2 cores; what is in the data
+folder is not played again) plays the apprentices of ``looking-all`` and ``looking-held`` of that data folder against the
+static team; if one of them is named after DATA, that one, and the rows of the other stay as they are.
 For each robot and second of a match the lot decides between three ways to act: it looks (its policy, each 0.2 s);
 it does what best-constant does in its role; or it is blind, and its policy looks at what a robot of its role saw at
 another moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V at the
@@ -27,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.looking import ALL, ALL_SEASONS, CONSTANT, STATIC, cells
+from studies.looking import ALL, CONSTANT, HELD, LEARNERS, STATIC, Learner, cells, replaced
 from studies.peers.playing import STEP_S, pitch_of
 from studies.peers.worth import Worth
 
@@ -43,8 +44,8 @@ from pipeline.store import Store
 from schemas import ROLES
 from schemas.sights import SIGHT
 
-#: Seeds of the pairs of matches; nothing else was ever played with them.
-SEEDS = range(2_500_000, 2_500_100)
+#: Seeds of the pairs of matches, by the settings of the seasons; nothing else was ever played with them.
+SEEDS = {ALL.season: range(2_500_000, 2_500_100), HELD.season: range(2_700_000, 2_700_100)}
 #: The ways to act, by number.
 WAYS = ("looks", CONSTANT, "blind")
 #: Pairs of ways: what one is worth more than the other.
@@ -151,15 +152,15 @@ def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def played(data: Path, word: str) -> pl.DataFrame:
+def played(data: Path, word: str, seeds: range) -> pl.DataFrame:
     """The seconds of an apprentice; they are kept in the data folder."""
-    kept = data / "trial" / f"{word}-{'-'.join(map(str, best_constant()))}-{SEEDS.start}.parquet"
+    kept = data / "trial" / f"{word}-{'-'.join(map(str, best_constant()))}-{seeds.start}.parquet"
     if not kept.exists():
         player = apprentice(Store(data), word)
         _, tables = labelled(player.store, player.manifest)
         assert tables.appraisals is not None, "it looks"
         appraiser, _ = appraiser_of(tables.values, tables.appraisals)
-        parts = [seconds(appraiser, SEEDS[at : at + _PAIRS]) for at in range(0, len(SEEDS), _PAIRS)]
+        parts = [seconds(appraiser, seeds[at : at + _PAIRS]) for at in range(0, len(seeds), _PAIRS)]
         kept.parent.mkdir(parents=True, exist_ok=True)
         aside = kept.with_suffix(".part")
         pl.concat(parts).with_columns(team=pl.lit(word)).write_parquet(aside)
@@ -200,19 +201,26 @@ def earned(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
         surely_less=pl.col("share").filter(pl.col("high") < 0).sum())
 
 
-def main(out: Path, data: Path) -> None:
-    """Play what is missing, and write the tables."""
-    words = [f"{ALL}-static-{seed}" for seed in ALL_SEASONS]
+def found(learner: Learner, data: Path) -> dict[str, pl.DataFrame]:
+    """The tables of a learner by name; what is missing is played."""
+    words = [f"{learner.season}-static-{seed}" for seed in learner.seasons]
     with ProcessPoolExecutor(2) as players:
-        rows = pl.concat(players.map(played, [data] * len(words), words)).with_columns(
-            pl.col("role").replace_strict(range(len(ROLES)), ROLES))
+        rows = pl.concat(players.map(played, *zip(*((data, word, SEEDS[learner.season]) for word in words), strict=True)))
+    rows = rows.with_columns(pl.col("role").replace_strict(range(len(ROLES)), ROLES))
     groups: list[list[str]] = [[], ["team"], ["role"], ["role", "cell"]]
-    pl.concat([differences(rows, by) for by in groups], how="diagonal").select(
-        "way", "less", "team", "role", "cell", "seconds", "difference", "low", "high",
-    ).write_csv(out / "trial.csv", float_precision=5)
-    pl.concat([earned(rows, by) for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]).write_csv(
-        out / "earned.csv", float_precision=3)
+    return {
+        "trial": pl.concat([differences(rows, by) for by in groups], how="diagonal").select(
+            "way", "less", "team", "role", "cell", "seconds", "difference", "low", "high"),
+        "earned": pl.concat([earned(rows, by) for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]),
+    }
+
+
+def main(out: Path, data: Path, chosen: Sequence[str] = ()) -> None:
+    """Play what is missing, and write the tables."""
+    tables = {each.season: found(each, data) for each in LEARNERS if each.season in (chosen or SEEDS)}
+    for name, digits in (("trial", 5), ("earned", 3)):
+        replaced(out / f"{name}.csv", {season: own[name] for season, own in tables.items()}, digits)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:])

@@ -25,7 +25,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_compl
 from multiprocessing import get_context
 from pathlib import Path
 
-from studies.looking import ALL, ALL_SEASONS, ALL_SEEDS
+from studies.looking import ALL
 from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
 from studies.peers.teams import (
@@ -51,7 +51,7 @@ def prepared(data: Path, seeds: Sequence[int]) -> None:
     """Play the seasons of our apprentices that are missing."""
     for seed in seeds:
         if Store(data).receipt("seasons", season_of(seed)) is None:
-            command("season", "--settings", ALL, "--seed", str(seed), "--data", str(data))
+            command("season", "--settings", ALL.season, "--seed", str(seed), "--data", str(data))
 
 
 def trainings(data: Path, seeds: Sequence[int], minutes: float) -> Iterator[list[str]]:
@@ -99,16 +99,16 @@ def main() -> None:
     said = argparse.ArgumentParser(description=__doc__)
     said.add_argument("out", type=Path)
     said.add_argument("data", type=Path)
-    said.add_argument("--seeds", type=int, nargs="+", default=ALL_SEASONS[:3], choices=ALL_SEASONS, help="of the peers' trainings")
+    said.add_argument("--seeds", type=int, nargs="+", default=ALL.seasons[:3], choices=ALL.seasons, help="of the peers' trainings")
     said.add_argument("--minutes", type=float, default=120.0,
                       help="of one core that PPO and DQN of the first seed train in all (default 120)")
     said.add_argument("--pairs", type=int, default=20, help="of matches, for each team and opponent (default 20)")
     said.add_argument("--processes", type=int, default=2)
     said.add_argument("--only", choices=("matches", "tables"), help="train nothing; play nothing either")
     given = said.parse_args()
-    pairs = ALL_SEEDS[: given.pairs]
+    pairs = ALL.seeds[: given.pairs]
     if given.only is None:
-        prepared(given.data, ALL_SEASONS)
+        prepared(given.data, ALL.seasons)
         environment = os.environ | {"PYTHONPATH": "tests"}
         with ThreadPoolExecutor(given.processes) as trainers:
             for done in [trainers.submit(subprocess.run, each, check=True, env=environment)

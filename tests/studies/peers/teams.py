@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
-from studies.looking import ALL, ALL_SEASONS, USUAL
+from studies.looking import ALL, USUAL
 from studies.peers.playing import ANY, KEPT, played
 
 from flows.evaluations import evaluate, stored
@@ -21,8 +21,8 @@ from pipeline.studies.seasons.settings import named
 
 STATIC = PANEL[0]
 #: Matches of a game of our apprentices' seasons, and of a season.
-GAME = named(ALL).matches_a_game
-ONCE = named(ALL).games * GAME
+GAME = named(ALL.season).matches_a_game
+ONCE = named(ALL.season).games * GAME
 #: Learners that play, and how many matches; the first training of the long ones goes on for hours.
 ONLINE, LONG = {"ppo": 10 * ONCE, "dqn": 10 * ONCE, "ppo-v": ONCE, "dqn-v": ONCE}, ("ppo", "dqn")
 #: Learners that learn from what our apprentice's season logged.
@@ -53,7 +53,7 @@ class Team(NamedTuple):
 
 def season_of(seed: int) -> str:
     """The id of our apprentice's season."""
-    return f"{ALL}-static-{seed}"
+    return f"{ALL.season}-static-{seed}"
 
 
 def networks(data: Path) -> Path:
@@ -67,7 +67,7 @@ def teams(data: Path) -> Iterator[Team]:
         yield Team(word, None, 0, word)
     yield Team(ANY, None, 0, ANY)
     store = Store(data)
-    for seed in ALL_SEASONS:
+    for seed in ALL.seasons:
         if store.receipt("seasons", season_of(seed)) is not None:
             for matches in KEPT:
                 if matches <= ONCE:
