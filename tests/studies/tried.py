@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import polars as pl
 from matplotlib.figure import Figure
-from studies.peers.teams import STATIC
+from studies.peers.teams import OURS, STATIC
 
 from pipeline.statistics import mean_interval
 from pipeline.studies.seasons.settings import named
@@ -46,7 +46,8 @@ class Kind(NamedTuple):
 KINDS = (
     Kind("Sarsa(λ), one state a role (best)", "seasons", "best"),
     Kind("Sarsa(λ), states of all elements (best-states)", "seasons", "best-states"),
-    Kind("trees on V's change, all actions (looking-all)", "imitation", "looking-all"),
+    Kind("trees on V's change, tries held (looking-held)", PEERS, OURS),
+    Kind("… not held (looking-all)", "imitation", "looking-all"),
     Kind("… watched actions (looking)", "imitation", "looking"),
     Kind("… actions appraised by watching (looking-imitates)", "imitation", "looking-imitates"),
     Kind("behaviour cloning of its log", PEERS, "bc"),

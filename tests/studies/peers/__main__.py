@@ -9,7 +9,7 @@ learn from what our apprentice's season logged. All train against the static tea
 apprentice sees (30 numbers, and the role), decide at its clock (0.2 s), and choose among the 32 behaviours that
 robots have an action for. One network plays all robots of a team. The reward is goals; of ``-v`` it is goals, and
 the change of V (:mod:`studies.peers.worth`); ``cql-v`` learns the change of V a second later, as our learner does.
-Our apprentices are those of ``looking-all`` (:mod:`studies.looking`), which are offered the same behaviours.
+Our apprentices are those of ``looking-held`` (:mod:`studies.looking`), which are offered the same behaviours.
 Matches have seeds of that study.
 
 Each library has an environment of its own: ``.venv-sb3`` and ``.venv-d3rlpy``, which ``make peers`` makes.
@@ -20,12 +20,12 @@ from __future__ import annotations
 import argparse
 import os
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
 
-from studies.looking import ALL
+from studies.looking import HELD
 from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
 from studies.peers.teams import (
@@ -39,6 +39,7 @@ from studies.peers.teams import (
     measured,
     networks,
     season_of,
+    seeds_of,
     teams,
 )
 from studies.teams_apart import command
@@ -47,29 +48,28 @@ from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
 
 
-def prepared(data: Path, seeds: Sequence[int]) -> None:
+def prepared(data: Path) -> None:
     """Play the seasons of our apprentices that are missing."""
-    for seed in seeds:
+    for seed in HELD.seasons:
         if Store(data).receipt("seasons", season_of(seed)) is None:
-            command("season", "--settings", ALL.season, "--seed", str(seed), "--data", str(data))
+            command("season", "--settings", HELD.season, "--seed", str(seed), "--data", str(data))
 
 
-def trainings(data: Path, seeds: Sequence[int], minutes: float) -> Iterator[list[str]]:
+def trainings(data: Path, minutes: float) -> Iterator[list[str]]:
     """The commands that train the networks that are not there.
 
     Args:
         data: the data folder.
-        seeds: of the trainings.
         minutes: of one core that PPO and DQN of the first seed train in all.
     """
     for learner in OFFLINE:
-        for seed in seeds:
+        for seed in seeds_of(learner):
             out = networks(data) / f"{learner}-{seed}-{ONCE}.npz"
             if not out.exists():
                 yield [".venv-d3rlpy/bin/python", "-m", "studies.peers.offline", learner, str(seed),
                        str(_logged(data, seed)), str(out)]
     for learner, matches in ONLINE.items():
-        for number, seed in enumerate(seeds):
+        for number, seed in enumerate(seeds_of(learner)):
             until = ("--minutes", minutes) if learner in LONG and number == 0 else ("--matches", matches)
             yield [".venv-sb3/bin/python", "-m", "studies.peers.online", learner, str(seed), str(networks(data)),
                    *map(str, until)]
@@ -99,20 +99,19 @@ def main() -> None:
     said = argparse.ArgumentParser(description=__doc__)
     said.add_argument("out", type=Path)
     said.add_argument("data", type=Path)
-    said.add_argument("--seeds", type=int, nargs="+", default=ALL.seasons[:3], choices=ALL.seasons, help="of the peers' trainings")
     said.add_argument("--minutes", type=float, default=120.0,
                       help="of one core that PPO and DQN of the first seed train in all (default 120)")
     said.add_argument("--pairs", type=int, default=20, help="of matches, for each team and opponent (default 20)")
     said.add_argument("--processes", type=int, default=2)
     said.add_argument("--only", choices=("matches", "tables"), help="train nothing; play nothing either")
     given = said.parse_args()
-    pairs = ALL.seeds[: given.pairs]
+    pairs = HELD.seeds[: given.pairs]
     if given.only is None:
-        prepared(given.data, ALL.seasons)
+        prepared(given.data)
         environment = os.environ | {"PYTHONPATH": "tests"}
         with ThreadPoolExecutor(given.processes) as trainers:
             for done in [trainers.submit(subprocess.run, each, check=True, env=environment)
-                         for each in trainings(given.data, given.seeds, given.minutes)]:
+                         for each in trainings(given.data, given.minutes)]:
                 done.result()
     with ProcessPoolExecutor(given.processes, get_context("spawn")) as players:
         waiting = {players.submit(measured, given.data, team, opponent, pairs, given.only == "tables"): (team, opponent)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
-from studies.looking import ALL, USUAL
+from studies.looking import HELD, USUAL
 from studies.peers.playing import ANY, KEPT, played
 
 from flows.evaluations import evaluate, stored
@@ -21,12 +21,14 @@ from pipeline.studies.seasons.settings import named
 
 STATIC = PANEL[0]
 #: Matches of a game of our apprentices' seasons, and of a season.
-GAME = named(ALL.season).matches_a_game
-ONCE = named(ALL.season).games * GAME
+GAME = named(HELD.season).matches_a_game
+ONCE = named(HELD.season).games * GAME
 #: Learners that play, and how many matches; the first training of the long ones goes on for hours.
 ONLINE, LONG = {"ppo": 10 * ONCE, "dqn": 10 * ONCE, "ppo-v": ONCE, "dqn-v": ONCE}, ("ppo", "dqn")
 #: Learners that learn from what our apprentice's season logged.
 OFFLINE = ("bc", "cql", "cql-v")
+#: Trainings of each peer.
+TRAININGS = 3
 #: The row of our apprentices, and of the networks that nobody trained.
 OURS, UNTRAINED = "apprentice that looks", "ppo untrained"
 #: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
@@ -53,7 +55,12 @@ class Team(NamedTuple):
 
 def season_of(seed: int) -> str:
     """The id of our apprentice's season."""
-    return f"{ALL.season}-static-{seed}"
+    return f"{HELD.season}-static-{seed}"
+
+
+def seeds_of(learner: str) -> range:
+    """Seeds of a peer's trainings; of those that learn from our apprentices' logs they are those of the seasons."""
+    return HELD.seasons[:TRAININGS] if learner in OFFLINE else range(2021, 2021 + TRAININGS)
 
 
 def networks(data: Path) -> Path:
@@ -67,12 +74,13 @@ def teams(data: Path) -> Iterator[Team]:
         yield Team(word, None, 0, word)
     yield Team(ANY, None, 0, ANY)
     store = Store(data)
-    for seed in ALL.seasons:
+    for seed in HELD.seasons:
         if store.receipt("seasons", season_of(seed)) is not None:
             for matches in KEPT:
                 if matches <= ONCE:
                     yield Team(OURS, seed, matches, season_of(seed), matches // GAME)
-        for learner in (*OFFLINE, *ONLINE):
+    for learner in (*OFFLINE, *ONLINE):
+        for seed in seeds_of(learner):
             there = {int(path.stem.rsplit("-", 1)[1]): path for path in networks(data).glob(f"{learner}-{seed}-*.npz")}
             for matches, path in sorted(there.items()):
                 if matches > 0 and (matches in KEPT or matches == max(there)):
