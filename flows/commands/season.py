@@ -57,7 +57,7 @@ def season(
     own.
 
     Args:
-        settings: Named settings (paper, best, looking, looking-all and the other ablations) or a TOML file.
+        settings: Named settings (paper, best, looking-held, and their ablations) or a TOML file.
         opponent: Opponent.
         seed: Seed of the first season; each later season has the next seed.
         seasons: Number of seasons against each opponent.
