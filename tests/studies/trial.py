@@ -1,6 +1,6 @@
 """Is what robots that look choose worth more than their role's best constant, where they choose it? A trial by lot.
 
-``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (half an hour on 2 cores; what is in the data
+``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (a quarter of an hour on 2 cores; what is in the data
 folder is not played again) plays the apprentices of ``looking-all`` and ``looking-held`` of that data folder against the
 static team; if one of them is named after DATA, that one, and the rows of the other stay as they are.
 For each robot and second of a match the lot decides between three ways to act: it looks (its policy, each 0.2 s);
