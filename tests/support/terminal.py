@@ -18,6 +18,8 @@ from support.processes import pitchlore
 CTRL_C = b"\x03"
 #: The command line as it is installed.
 SCRIPT = Path(sys.executable).with_name("pitchlore")
+#: What a command line begins with that ends when its terminal is closed, even if the tests are run with nohup.
+HUNG_UP = ("env", "--default-signal=HUP")
 
 
 class Terminal:
