@@ -131,7 +131,7 @@ def simulate(
 
 
 class _Referee:
-    """What the referee says of a match, as VSSReferee's commands."""
+    """The referee's words of a match, as VSSReferee's commands."""
 
     def __init__(self, match: Match) -> None:
         self._match = match

@@ -25,7 +25,7 @@ _WAIT_S = 0.05
 
 
 class Watched(NamedTuple):
-    """What was recorded.
+    """A recording of packets that has ended.
 
     Attributes:
         file: the recording, in the inbox; None if no packet came.

@@ -24,7 +24,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import ssl_games, vsss_messages
 from support.protobufs import message_class
-from support.terminal import HUNG_UP
+from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, T0, VISION, of_log
 from test_watch import namespace
 
@@ -334,7 +334,7 @@ def test_stops_when_it_is_ended(tmp_path: Path, number: int) -> None:
         vision = free.getsockname()[1]
     simulator = Simulator({"vision": vision})
     with simulator.running(), subprocess.Popen(
-        [*HUNG_UP, Path(sys.executable).with_name("pitchlore"), "drive", "--team", "static", "--as", "blue", "--data", tmp_path,
+        [*HUNG_UP, SCRIPT, "drive", "--team", "static", "--as", "blue", "--data", tmp_path,
          "--at", f"vision=127.0.0.1:{vision}", "--at", "referee=127.0.0.1:0",
          "--at", f"commands=127.0.0.1:{simulator.port}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     ) as process:

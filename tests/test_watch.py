@@ -21,7 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import ssl_games
 from support.ssl_messages import integer, log
-from support.terminal import HUNG_UP
+from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
 from flows.cli import main
@@ -215,7 +215,7 @@ def test_time_left() -> None:
 def in_a_process(data: Path, *options: str) -> subprocess.Popen[str]:
     """The command in a process of its own, listening on loopback."""
     ports = [option for stream in LEAGUES["vsss"] for option in ("--at", f"{stream.name}=127.0.0.1:0")]
-    return subprocess.Popen([*HUNG_UP, Path(sys.executable).with_name("pitchlore"), "watch", "vsss", *ports, "--data", str(data), *options],
+    return subprocess.Popen([*HUNG_UP, SCRIPT, "watch", "vsss", *ports, "--data", str(data), *options],
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

@@ -345,7 +345,7 @@ def _seed(random: np.random.Generator, asked: int | None) -> int:
 
 
 def _observed(settings: EnvSettings, robots: int = 1) -> spaces.Space[F32]:
-    """What is seen of so many robots."""
+    """The space of what so many robots see."""
     numbers = NUMBERS if settings.observations == "sights" else length(settings.matches.robots)
     return cast("spaces.Space[F32]", spaces.Box(-LIMIT, LIMIT, (robots * numbers,), np.float32))
 

@@ -14,8 +14,8 @@ matches with cameras that disturb, and their seasons with the late one, were add
 Apprentices of ``looking`` have watched 21 to 31 of the 31 actions in a role after the first game, and nearly all
 after the third: the two learners hardly differ. So ``together.csv`` has the ten apprentices of both.
 
-``looking-held`` holds what it tries for a second. It was chosen on development seeds (DECISIONS.md, "Peers of the team that
-looks" and before), after the other two were known, and has seasons and matches of fresh seeds.
+``looking-held`` holds what it tries for a second. It was chosen on development seeds (seasons 915 to 924; DECISIONS.md,
+``explore_s``), after the other two were known, and has seasons and matches of fresh seeds.
 
 Controls of the learner: ``looking-shuffled`` learns from actions, and ``looking-drawn`` from sights, that were dealt
 out anew.
@@ -28,7 +28,7 @@ logged matches of each apprentice.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,6 +90,11 @@ class Arm(NamedTuple):
     how: MatchSettings = USUAL
     blind: bool | None = None
     predict_s: float | None = None
+
+    @property
+    def words(self) -> list[str]:
+        """The apprentices: the ids of their seasons."""
+        return [f"{self.trained}-static-{seed}" for seed in self.seasons]
 
 
 class Learner(NamedTuple):
@@ -373,19 +378,17 @@ def _gains(appraisals: pl.DataFrame, decided: pl.DataFrame) -> np.ndarray:
 
 def played(store: Store, learner: Learner, crew: Crew) -> dict[str, pl.DataFrame]:
     """The tables of a learner by name; what is missing is played."""
-    arms, season = ARMS[learner.season], learner.season
     results = pl.DataFrame([
         row(word, arm.name, opponent, measured(store, word, arm, opponent, crew))
-        for arm in arms for word in (f"{arm.trained}-static-{seed}" for seed in arm.seasons)
-        for opponent in arm.opponents])
+        for arm in ARMS[learner.season] for word in arm.words for opponent in arm.opponents])
     controls = {(word, arm.name, opponent): measured(store, word, arm, opponent, crew)
-                for word, arm in CONTROLS[season] for opponent in arm.opponents}
+                for word, arm in CONTROLS[learner.season] for opponent in arm.opponents}
     reached = aims(results, learner, controls[CONSTANT, learner.panel.name, STATIC])
     return {
         "results": results,
         "controls": pl.DataFrame([row(*who, pairs) for who, pairs in controls.items()]),
         "aims": pl.DataFrame([aim._asdict() | {"reached": aim.reached} for aim in reached]),
-        "decisions": pl.DataFrame([described(store, f"{season}-static-{seed}") for seed in learner.seasons]),
+        "decisions": pl.DataFrame([described(store, word) for word in learner.panel.words]),
     }
 
 
@@ -403,9 +406,24 @@ def replaced(path: Path, tables: Mapping[str, pl.DataFrame], digits: int) -> Non
         path, float_precision=digits)
 
 
+def learners_of(chosen: Sequence[str], among: Collection[str]) -> list[Learner]:
+    """The learners that are chosen by their settings; all, if none is.
+
+    Args:
+        chosen: settings.
+        among: those that there are.
+
+    Raises:
+        SystemExit: if there are no such settings.
+    """
+    if unknown := set(chosen) - set(among):
+        sys.exit(f"no learner is called {', '.join(sorted(unknown))}. There are {', '.join(among)}.")
+    return [learner for learner in LEARNERS if learner.season in (chosen or among)]
+
+
 def main(out: Path, data: Path, chosen: Sequence[str] = ()) -> None:
     """Play what is missing, and write the tables."""
-    learners = [learner for learner in LEARNERS if learner.season in (chosen or ARMS)]
+    learners = learners_of(chosen, ARMS)
     out.mkdir(parents=True, exist_ok=True)
     seasons([arm for learner in learners for arm in ARMS[learner.season]], data)
     store = Store(data)

@@ -22,13 +22,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.looking import ALL, CONSTANT, HELD, LEARNERS, STATIC, Learner, cells, replaced
+from studies.looking import ALL, CONSTANT, HELD, STATIC, Learner, cells, learners_of, replaced
 from studies.peers.playing import STEP_S, pitch_of
 from studies.peers.worth import Worth
 
@@ -152,7 +153,7 @@ def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def played(data: Path, word: str, seeds: range) -> pl.DataFrame:
+def played(data: Path, seeds: range, word: str) -> pl.DataFrame:
     """The seconds of an apprentice; they are kept in the data folder."""
     kept = data / "trial" / f"{word}-{'-'.join(map(str, best_constant()))}-{seeds.start}.parquet"
     if not kept.exists():
@@ -203,9 +204,8 @@ def earned(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
 
 def found(learner: Learner, data: Path) -> dict[str, pl.DataFrame]:
     """The tables of a learner by name; what is missing is played."""
-    words = [f"{learner.season}-static-{seed}" for seed in learner.seasons]
     with ProcessPoolExecutor(2) as players:
-        rows = pl.concat(players.map(played, *zip(*((data, word, SEEDS[learner.season]) for word in words), strict=True)))
+        rows = pl.concat(players.map(partial(played, data, SEEDS[learner.season]), learner.panel.words))
     rows = rows.with_columns(pl.col("role").replace_strict(range(len(ROLES)), ROLES))
     groups: list[list[str]] = [[], ["team"], ["role"], ["role", "cell"]]
     return {
@@ -217,7 +217,7 @@ def found(learner: Learner, data: Path) -> dict[str, pl.DataFrame]:
 
 def main(out: Path, data: Path, chosen: Sequence[str] = ()) -> None:
     """Play what is missing, and write the tables."""
-    tables = {each.season: found(each, data) for each in LEARNERS if each.season in (chosen or SEEDS)}
+    tables = {each.season: found(each, data) for each in learners_of(chosen, SEEDS)}
     for name, digits in (("trial", 5), ("earned", 3)):
         replaced(out / f"{name}.csv", {season: own[name] for season, own in tables.items()}, digits)
 

@@ -48,6 +48,6 @@ class EnvSettings(Frozen):
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What both libraries ask for."""
+        """The metadata that both libraries ask for."""
         return {"name": "pitchlore", "render_modes": list(_MODES), "is_parallelizable": True,
                 "render_fps": max(1, round(self.matches.physics.hz / self.frames))}

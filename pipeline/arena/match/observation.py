@@ -47,7 +47,7 @@ def length(robots: int) -> int:
 
 
 def scales(settings: MatchSettings) -> F64:
-    """What numbers are divided by, float64 [5], for :func:`observe`."""
+    """The scales that numbers are divided by, float64 [5], for :func:`observe`."""
     pitch, top = settings.pitch, settings.physics.wheel_speed
     return np.array(
         [pitch.goal_x + pitch.goal_depth, pitch.width / 2, 2 * top, top, 2 * top / settings.physics.axle])

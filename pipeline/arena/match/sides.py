@@ -1,4 +1,4 @@
-"""Who plays the two sides of an environment's matches: those who drive, or an opponent by name."""
+"""The two sides of an environment's matches: those who drive, or an opponent by name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DRIVEN = TeamSettings(kind="human")
 
 
 class Sides:
-    """Who plays the two sides of an environment's matches.
+    """The two sides of an environment's matches.
 
     Args:
         settings: of the environment.

@@ -1,6 +1,6 @@
-"""What each robot of a team sees, as a vector of numbers of about -1 to 1, for learners.
+"""Sights of a team's robots, each as a vector of numbers of about -1 to 1, for learners.
 
-It is what teams that look decide by: the numbers of ``schemas.sights.SIGHT``, in that order, and the robot's
+Teams that look decide by the same: the numbers of ``schemas.sights.SIGHT``, in that order, and the robot's
 role. A vector has 33 numbers, whatever the number of robots:
 
 =============  ========================================================================================
