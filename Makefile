@@ -131,7 +131,7 @@ looking: $(READY)  ## does a team that looks win? apprentices against the panel,
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA) $(LEARNERS)
 
 # It plays apprentices that `make looking` has trained.
-trial: $(READY)  ## is a second of looking worth more than one of the best constant? a trial by lot (a quarter of an hour; LEARNERS)
+trial: $(READY)  ## is a second of looking worth more than one of the best constant? trials by lot (half an hour; LEARNERS)
 	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA) $(LEARNERS)
 
 # It takes the results of seasons, imitation and peers that are in data/studies.

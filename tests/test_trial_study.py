@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 from studies.looking import cells
-from studies.trial import WAYS, Chooser, differences, earned, seconds
+from studies.trial import FIRST, Chooser, Trial, differences, earned, seconds, worth_of
 
 from pipeline.arena.env import BEHAVIOURS
 from pipeline.arena.teams.appraising import Appraiser, appraiser_of
@@ -14,6 +14,8 @@ from pipeline.arena.teams.constant import best_constant
 from schemas import ROLES, Appraisals
 from schemas.sights import SIGHT
 
+TRIAL = FIRST["looking-held"]
+WAYS = TRIAL.ways
 LOOKS, CONSTANT, BLIND = range(len(WAYS))
 UP = list(SIGHT).index("ball_x")
 
@@ -40,7 +42,7 @@ def at(up: list[float]) -> np.ndarray:
 
 def test_ways_to_act(appraiser):
     """Who looks follows what it sees; who does not does its role's part of best-constant; the blind one looks elsewhere."""
-    choose = Chooser(appraiser, np.random.default_rng(1))
+    choose = Chooser(appraiser, WAYS, np.random.default_rng(1))
     roles = np.array([0, 1, 2, 2])
     sights = at([0.5, -0.5, 0.5, -0.5])
     acts = [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, LOOKS))]
@@ -63,22 +65,37 @@ def drawn(effect: dict[str, float], seconds: int = 30_000) -> pl.DataFrame:
 def test_what_a_second_is_worth():
     """An effect is found in the role that has it, within its interval; where there is none, none is earned."""
     rows = drawn({"goalkeeper": 0.0, "midfield": 0.02, "striker": -0.02})
-    found = {(row["way"], row["less"], row["role"]): row for row in differences(rows, ["role"]).iter_rows(named=True)}
+    found = {(row["way"], row["less"], row["role"]): row for row in differences(rows, TRIAL, ["role"]).iter_rows(named=True)}
     for other in ("best-constant", "blind"):
         midfield, goalkeeper = found["looks", other, "midfield"], found["looks", other, "goalkeeper"]
         assert midfield["low"] < 0.02 < midfield["high"]
         assert goalkeeper["low"] < 0 < goalkeeper["high"]
     shares = {(row["way"], row["less"]): (row["surely_more"], row["surely_less"])
-              for row in earned(rows, ["role"]).iter_rows(named=True)}
+              for row in earned(rows, TRIAL, ["role"]).iter_rows(named=True)}
     assert shares["looks", "best-constant"] == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
     assert shares["blind", "best-constant"] == (0, 0)
-    few = differences(rows.head(1), ["role"])
+    few = differences(rows.head(1), TRIAL, ["role"])
     assert few["difference"].null_count() == few.height == 3
+
+
+def test_each_roles_best_constant():
+    """Of constants that the lot deals out, each role's best comes first; looking has its half of the tickets, and no row."""
+    trial = Trial(("looks", "looks", "constant:044", "constant:021/088/001"), range(1))
+    assert trial.ways == ["looks", "constant:044", "constant:021/088/001"]
+    rng = np.random.default_rng(2)
+    role, way = rng.choice(ROLES, 6000), rng.integers(3, size=6000)
+    better = (role == "striker") & (way == 1) | (role != "striker") & (way == 2)
+    rows = pl.DataFrame({"role": role, "way": way, "change": rng.normal(scale=0.1, size=6000) + 0.05 * better})
+    found = worth_of(rows, trial)
+    assert found["role"].to_list() == [role for role in ROLES for _ in range(2)]
+    assert found["code"].to_list() == [21, 44, 88, 44, 44, 1]
+    assert found["seconds"].sum() == (way > 0).sum()
+    assert (found["low"] < found["change"]).all()
 
 
 def test_seconds_of_a_match(appraiser):
     """Each robot and second of play is a row; V changes alike for a team's robots; the lot is fair."""
-    rows = seconds(appraiser, [5])
+    rows = seconds(appraiser, TRIAL, [5])
     assert set(rows["role"]) == {0, 1, 2}
     assert rows.height % 3 == 0
     assert 2 * 480 * 3 * 0.8 < rows.height <= 2 * 480 * 3

@@ -8,7 +8,7 @@ Each team plays twenty matches of eight minutes against the static team, in pair
 our arena, in rSim 1.2 and in pSim 0.2.4, which compute only the motion of bodies by wheels. Our referee watches all.
 rSim takes steps of whole milliseconds, 17 instead of 16.67; both have masses, friction and motors of their own.
 Controls: the best constant team and the random team, which learned nothing. ``transfer.csv`` has a row for each team
-and simulator: goal difference a match with Student's interval over the pairs.
+and simulator: goal difference a match with Student's interval over the pairs. Rows of what is not played stay.
 """
 
 from __future__ import annotations
@@ -121,8 +121,14 @@ def rows(store: Store, pythons: list[str], words: list[str]) -> list[dict[str, o
     return found
 
 
-if __name__ == "__main__":
-    out = Path(sys.argv[1])
+def main(out: Path, pythons: list[str], data: Path, words: list[str]) -> None:
+    """Play, and put the rows into the table."""
     out.mkdir(parents=True, exist_ok=True)
-    pl.DataFrame(rows(Store(Path(sys.argv[4])), sys.argv[2:4], sys.argv[5:])).write_csv(
-        out / "transfer.csv", float_precision=2)
+    found, path = pl.DataFrame(rows(Store(data), pythons, words)), out / "transfer.csv"
+    if path.exists():
+        found = pl.concat([found, pl.read_csv(path).join(found, on=("team", "simulator"), how="anti")])
+    found.sort("team", "simulator").write_csv(path, float_precision=2)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:4], Path(sys.argv[4]), sys.argv[5:])

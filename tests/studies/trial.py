@@ -1,24 +1,30 @@
-"""Is what robots that look choose worth more than their role's best constant, where they choose it? A trial by lot.
+"""Is what robots that look choose worth more than their role's best constant, where they choose it? Trials by lot.
 
-``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (a quarter of an hour on 2 cores; what is in the data
+``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (half an hour on 2 cores; what is in the data
 folder is not played again) plays the apprentices of ``looking-all`` and ``looking-held`` of that data folder against the
 static team; if one of them is named after DATA, that one, and the rows of the other stay as they are.
-For each robot and second of a match the lot decides between three ways to act: it looks (its policy, each 0.2 s);
-it does what best-constant does in its role; or it is blind, and its policy looks at what a robot of its role saw at
-another moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V at the
-start. All else is alike: the ways of one match differ by nothing but the lot. So the differences of their means are
-what a second of looking is worth. A log cannot say this: there an action was chosen where it seemed good.
+For each robot and second of a match the lot decides between ways to act: it looks (its policy, each 0.2 s); it does
+what a constant team does in its role; or it is blind, and its policy looks at what a robot of its role saw at another
+moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V at the start.
+All else is alike: the ways of one match differ by nothing but the lot. So the differences of their means are what a
+second of looking is worth. A log cannot say this: there an action was chosen where it seemed good.
+
+best-constant is the best in whole matches, and three robots do it at once. For a second, among robots that look, a
+role may have a better constant. So for ``looking-held`` there is a search first: half of the seconds have a behaviour
+by lot, the same for all, and each role's best six are played again. The best of these stands beside looking and
+best-constant in a trial of its own. Search and trial have seeds of their own.
 
 V is the model that the package ships; it has not seen these matches. Seconds are the independent observation, because
 each has a lot of its own; intervals are Welch's.
 
 ``trial.csv`` has the differences for all seconds and for each role, and for each state: role, the ball's third, how
 near the robot is to it and whether it is behind it (36 cells, :func:`studies.looking.cells`). ``earned.csv`` says in
-what share of time a state's lower bound is above 0, outside the first second of play.
+what share of time a state's lower bound is above 0, outside the first second of play. ``constants.csv`` has the search.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -38,19 +44,52 @@ from pipeline.arena.env import BEHAVIOURS, ParallelMatch
 from pipeline.arena.match.environment import Side
 from pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
 from pipeline.arena.teams.clock import PAPER
-from pipeline.arena.teams.constant import best_constant, clock_of
+from pipeline.arena.teams.constant import Constant, clock_of, constant
 from pipeline.state.sight import see_from
-from pipeline.statistics import welch
+from pipeline.statistics import mean_interval, welch
 from pipeline.store import Store
+from pipeline.store.receipts import digest
 from schemas import ROLES
 from schemas.sights import SIGHT
 
-#: Seeds of the pairs of matches, by the settings of the seasons; nothing else was ever played with them.
-SEEDS = {ALL.season: range(2_500_000, 2_500_100), HELD.season: range(2_700_000, 2_700_100)}
-#: The ways to act, by number.
-WAYS = ("looks", CONSTANT, "blind")
-#: Pairs of ways: what one is worth more than the other.
-COMPARED = (("looks", CONSTANT), ("looks", "blind"), ("blind", CONSTANT))
+LOOKS, BLIND = "looks", "blind"
+
+
+class Trial(NamedTuple):
+    """Matches in which the lot decides how a robot acts in a second.
+
+    Attributes:
+        tickets: what the lot draws from, all with the same chance: LOOKS, BLIND, or the word of a constant team.
+        seeds: of the pairs of matches; nothing else was ever played with them.
+        compared: pairs of ways to act: what one is worth more than the other.
+    """
+
+    tickets: Sequence[str]
+    seeds: range
+    compared: Sequence[tuple[str, str]] = ()
+
+    @property
+    def ways(self) -> list[str]:
+        """The ways to act; rows of seconds have their numbers."""
+        return list(dict.fromkeys(self.tickets))
+
+
+def _blinded(first_seed: int) -> Trial:
+    return Trial((LOOKS, CONSTANT, BLIND), range(first_seed, first_seed + 100),
+                 ((LOOKS, CONSTANT), (LOOKS, BLIND), (BLIND, CONSTANT)))
+
+
+def against(best: Constant) -> Trial:
+    """The trial beside each role's best constant for a second."""
+    return Trial((LOOKS, best.word, CONSTANT), range(2_750_000, 2_750_100), ((LOOKS, best.word), (best.word, CONSTANT)))
+
+
+#: The first trial, by the settings of the seasons.
+FIRST = {ALL.season: _blinded(2_500_000), HELD.season: _blinded(2_700_000)}
+#: The search of each role's best constant for a second: all behaviours, then the best of each role.
+_ALL_CODES = [Constant(code, code, code).word for code in BEHAVIOURS]
+_SEARCH = Trial((*[LOOKS] * len(_ALL_CODES), *_ALL_CODES), range(2_720_000, 2_720_100))
+_FINALISTS, _FINAL_SEEDS = 6, range(2_730_000, 2_730_100)
 #: Steps of a second; matches that are played side by side; sights that a blind robot draws from.
 _SECOND, _PAIRS, _KEPT = round(1 / STEP_S), 10, 4096
 _SIDES: tuple[Side, Side] = ("home", "away")
@@ -64,14 +103,17 @@ class Chooser:
 
     Args:
         appraiser: of an apprentice.
+        ways: the ways to act.
         rng: draws what blind robots look at.
     """
 
-    def __init__(self, appraiser: Appraiser, rng: np.random.Generator) -> None:
-        self._appraiser, self._rng = appraiser, rng
+    def __init__(self, appraiser: Appraiser, ways: Sequence[str], rng: np.random.Generator) -> None:
+        self._appraiser, self._ways, self._rng = appraiser, ways, rng
         self._actions = np.array([BEHAVIOURS.index(code) for code in appraiser.codes])
-        assert clock_of(CONSTANT) == PAPER, "a behaviour goes on until it is over"
-        self._constant = np.array([BEHAVIOURS.index(code) for code in best_constant()])
+        teams = [constant(way) for way in ways]
+        assert all(clock_of(way) == PAPER for way in ways), "a behaviour goes on until it is over"
+        self._constant = np.array([team is not None for team in teams])
+        self._codes = np.array([[BEHAVIOURS.index(code) for code in team or [BEHAVIOURS[0]] * len(ROLES)] for team in teams])
         self._seen = [np.empty((0, len(SIGHT)), np.float32) for _ in ROLES]
 
     def __call__(self, sights: F32, roles: I64, ways: I64) -> I64:
@@ -80,16 +122,17 @@ class Chooser:
         Args:
             sights: float32 [n, 30].
             roles: int64 [n], by index in ROLES.
-            ways: int64 [n], by index in :data:`WAYS`.
+            ways: int64 [n], by index in the ways.
         """
         looked_at = sights.copy()
-        for role, kept in enumerate(self._seen):
-            own = roles == role
-            kept = self._seen[role] = np.concatenate([kept, sights[own]])[-_KEPT:]
-            blind = np.flatnonzero(own & (ways == WAYS.index("blind")))
-            looked_at[blind] = kept[self._rng.integers(len(kept), size=len(blind))] if len(blind) else kept[:0]
+        if BLIND in self._ways:
+            for role, kept in enumerate(self._seen):
+                own = roles == role
+                kept = self._seen[role] = np.concatenate([kept, sights[own]])[-_KEPT:]
+                blind = np.flatnonzero(own & (ways == self._ways.index(BLIND)))
+                looked_at[blind] = kept[self._rng.integers(len(kept), size=len(blind))] if len(blind) else kept[:0]
         worth = np.where(self._appraiser.allowed[roles].T, appraised(self._appraiser, looked_at), -np.inf)
-        return np.where(ways == WAYS.index(CONSTANT), self._constant[roles], self._actions[worth.argmax(axis=0)])
+        return np.where(self._constant[ways], self._codes[ways, roles], self._actions[worth.argmax(axis=0)])
 
 
 class Seen(NamedTuple):
@@ -115,15 +158,16 @@ class Seen(NamedTuple):
         return cls(sights, vectors[:, :, len(SIGHT):].argmax(axis=2))
 
 
-def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
+def seconds(appraiser: Appraiser, trial: Trial, seeds: Sequence[int]) -> pl.DataFrame:
     """Play pairs of matches by lot, side by side; a row a robot and second that began in play.
 
     Returns:
-        Columns seed, role, cell (:func:`studies.looking.cells`), way, first (whether the second before was no
+        Columns seed, role, cell (:func:`studies.looking.cells`), way (its number), first (whether the second before was no
         play), and change: V at the end less V at the start, for the robot's team.
     """
     rng = np.random.default_rng(seeds[0])
-    choose, worth = Chooser(appraiser, rng), Worth(1.0)
+    choose, worth = Chooser(appraiser, trial.ways, rng), Worth(1.0)
+    tickets = np.array([trial.ways.index(ticket) for ticket in trial.tickets])
     pitches = [pitch_of(STATIC, side) for _ in seeds for side in _SIDES]
     each = np.repeat(seeds, len(_SIDES))
     seen = Seen.of(pitches, [pitch.reset(seed=int(seed))[0] for pitch, seed in zip(pitches, each, strict=True)])
@@ -131,7 +175,7 @@ def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
     before = np.zeros(len(pitches), dtype=bool)
     while pitches[0].agents:  # all last as long
         on, value, start = np.array([pitch.match.in_play for pitch in pitches]), worth.of(pitches), seen
-        ways = rng.integers(len(WAYS), size=seen.roles.shape)
+        ways = tickets[rng.integers(len(tickets), size=seen.roles.shape)]
         goals = np.zeros(len(pitches))
         for _ in range(_SECOND):
             if not pitches[0].agents:
@@ -153,15 +197,16 @@ def seconds(appraiser: Appraiser, seeds: Sequence[int]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def played(data: Path, seeds: range, word: str) -> pl.DataFrame:
+def played(data: Path, trial: Trial, word: str) -> pl.DataFrame:
     """The seconds of an apprentice; they are kept in the data folder."""
-    kept = data / "trial" / f"{word}-{'-'.join(map(str, best_constant()))}-{seeds.start}.parquet"
+    said = digest(json.dumps([trial.tickets, *map(constant, trial.ways)]).encode())[:12]
+    kept = data / "trial" / f"{word}-{trial.seeds.start}-{said}.parquet"
     if not kept.exists():
         player = apprentice(Store(data), word)
         _, tables = labelled(player.store, player.manifest)
         assert tables.appraisals is not None, "it looks"
         appraiser, _ = appraiser_of(tables.values, tables.appraisals)
-        parts = [seconds(appraiser, seeds[at : at + _PAIRS]) for at in range(0, len(seeds), _PAIRS)]
+        parts = [seconds(appraiser, trial, trial.seeds[at : at + _PAIRS]) for at in range(0, len(trial.seeds), _PAIRS)]
         kept.parent.mkdir(parents=True, exist_ok=True)
         aside = kept.with_suffix(".part")
         pl.concat(parts).with_columns(team=pl.lit(word)).write_parquet(aside)
@@ -169,7 +214,7 @@ def played(data: Path, seeds: range, word: str) -> pl.DataFrame:
     return pl.read_parquet(kept)
 
 
-def differences(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
+def differences(rows: pl.DataFrame, trial: Trial, by: Sequence[str]) -> pl.DataFrame:
     """What a second of one way to act is worth more than of another, with Welch's intervals.
 
     Returns:
@@ -178,23 +223,22 @@ def differences(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
     """
     found = []
     for key, own in rows.group_by(by, maintain_order=True) if by else [((), rows)]:
-        changes = [own.filter(way=way)["change"] for way in range(len(WAYS))]
-        for way, other in COMPARED:
-            ours, theirs = (changes[WAYS.index(each)] for each in (way, other))
+        for pair in trial.compared:
+            ours, theirs = (own.filter(way=trial.ways.index(way))["change"] for way in pair)
             ends = welch(ours, theirs)
             found.append({
-                "way": way, "less": other, **dict(zip(by, key, strict=True)), "seconds": own.height,
+                "way": pair[0], "less": pair[1], **dict(zip(by, key, strict=True)), "seconds": own.height,
                 "difference": None if ends is None else ours.mean() - theirs.mean(),  # type: ignore[operator]
                 "low": ends and ends[0], "high": ends and ends[1]})
     return pl.DataFrame(found, infer_schema_length=None).sort("way", "less", *by)
 
 
-def earned(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
+def earned(rows: pl.DataFrame, trial: Trial, by: Sequence[str]) -> pl.DataFrame:
     """Shares of time in groups where a way to act is surely worth more than another, and surely less.
 
     The first second of play counts as neither, in the share and in the evidence.
     """
-    found = differences(rows.filter(~pl.col("first")), by).with_columns(
+    found = differences(rows.filter(~pl.col("first")), trial, by).with_columns(
         share=pl.col("seconds") / rows.height)
     return found.group_by("way", "less", maintain_order=True).agg(
         pl.lit(" ".join(by)).alias("states"), groups=pl.len(),
@@ -202,24 +246,63 @@ def earned(rows: pl.DataFrame, by: Sequence[str]) -> pl.DataFrame:
         surely_less=pl.col("share").filter(pl.col("high") < 0).sum())
 
 
+def worth_of(rows: pl.DataFrame, trial: Trial) -> pl.DataFrame:
+    """How V changes in a second of each role's constants, the best first.
+
+    Returns:
+        A row a role and way: role, code, seconds, change (mean), low, high.
+    """
+    found = []
+    for (role, way), own in rows.group_by("role", "way", maintain_order=True):
+        team = constant(trial.ways[int(str(way))])
+        if team is not None:
+            low, high = mean_interval(own["change"].to_numpy()) or (None, None)
+            found.append({"role": role, "code": getattr(team, str(role)), "seconds": own.height,
+                          "change": own["change"].mean(), "low": low, "high": high})
+    return pl.DataFrame(found).sort(
+        pl.col("role").cast(pl.Enum(ROLES)), -pl.col("change"), "code")
+
+
+def searched(data: Path, words: Sequence[str]) -> tuple[Constant, pl.DataFrame]:
+    """Each role's best constant for a second, and the table of the search."""
+    first = worth_of(_rows(data, _SEARCH, words), _SEARCH)
+    best = [first.filter(role=role)["code"].to_list() for role in ROLES]
+    teams = [Constant(*codes).word for codes in list(zip(*best, strict=True))[:_FINALISTS]]
+    final = Trial((*[LOOKS] * len(teams), *teams), _FINAL_SEEDS)
+    second = worth_of(_rows(data, final, words), final)
+    found = Constant(*(second.filter(role=role)["code"][0] for role in ROLES))
+    return found, pl.concat(own.select(pl.lit(stage).alias("stage"), pl.all()) for stage, own in ((1, first), (2, second)))
+
+
+def _rows(data: Path, trial: Trial, words: Sequence[str]) -> pl.DataFrame:
+    """The seconds of some apprentices, with the names of their roles."""
+    with ProcessPoolExecutor(2) as players:
+        rows = pl.concat(players.map(partial(played, data, trial), words))
+    return rows.with_columns(pl.col("role").replace_strict(range(len(ROLES)), ROLES))
+
+
 def found(learner: Learner, data: Path) -> dict[str, pl.DataFrame]:
     """The tables of a learner by name; what is missing is played."""
-    with ProcessPoolExecutor(2) as players:
-        rows = pl.concat(players.map(partial(played, data, SEEDS[learner.season]), learner.panel.words))
-    rows = rows.with_columns(pl.col("role").replace_strict(range(len(ROLES)), ROLES))
+    tables, trials, words = dict[str, pl.DataFrame](), [FIRST[learner.season]], learner.panel.words
+    if learner is HELD:
+        best, tables["constants"] = searched(data, words)
+        trials.append(against(best))
+    rows = [_rows(data, trial, words) for trial in trials]
     groups: list[list[str]] = [[], ["team"], ["role"], ["role", "cell"]]
-    return {
-        "trial": pl.concat([differences(rows, by) for by in groups], how="diagonal").select(
-            "way", "less", "team", "role", "cell", "seconds", "difference", "low", "high"),
-        "earned": pl.concat([earned(rows, by) for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]),
+    return tables | {
+        "trial": pl.concat([differences(own, trial, by) for own, trial in zip(rows, trials, strict=True) for by in groups],
+                           how="diagonal").select("way", "less", "team", "role", "cell", "seconds", "difference", "low", "high"),
+        "earned": pl.concat([earned(own, trial, by) for own, trial in zip(rows, trials, strict=True)
+                             for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]),
     }
 
 
 def main(out: Path, data: Path, chosen: Sequence[str] = ()) -> None:
     """Play what is missing, and write the tables."""
-    tables = {each.season: found(each, data) for each in learners_of(chosen, SEEDS)}
-    for name, digits in (("trial", 5), ("earned", 3)):
-        replaced(out / f"{name}.csv", {season: own[name] for season, own in tables.items()}, digits)
+    tables = {each.season: found(each, data) for each in learners_of(chosen, FIRST)}
+    for name, digits in (("trial", 5), ("earned", 3), ("constants", 5)):
+        if there := {season: own[name] for season, own in tables.items() if name in own}:
+            replaced(out / f"{name}.csv", there, digits)
 
 
 if __name__ == "__main__":
