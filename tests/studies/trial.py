@@ -29,6 +29,7 @@ import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -276,7 +277,7 @@ def searched(data: Path, words: Sequence[str]) -> tuple[Constant, pl.DataFrame]:
 
 def _rows(data: Path, trial: Trial, words: Sequence[str]) -> pl.DataFrame:
     """The seconds of some apprentices, with the names of their roles."""
-    with ProcessPoolExecutor(2) as players:
+    with ProcessPoolExecutor(2, get_context("spawn")) as players:
         rows = pl.concat(players.map(partial(played, data, trial), words))
     return rows.with_columns(pl.col("role").replace_strict(range(len(ROLES)), ROLES))
 
