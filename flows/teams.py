@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple, TypedDict, Unpack
 
-from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.match.controllers import LearnedTeam, PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.teams.clock import ClockSettings
 from pipeline.arena.teams.constant import BEST, clock_of, constant
@@ -27,7 +28,7 @@ class Options(TypedDict, total=False):
     """How a learned team is to play. What is left out, or None, is as when the team learned, or was found.
 
     Attributes:
-        explore, lcb_weight, min_visits, blind, predict_s, clock_s: see ``TeamSettings``.
+        explore, lcb_weight, min_visits, blind, blind_s, predict_s, clock_s: see ``TeamSettings``.
         least_s, interrupts, begin_ended: see ``ClockSettings``.
     """
 
@@ -35,6 +36,7 @@ class Options(TypedDict, total=False):
     lcb_weight: float | None
     min_visits: int | None
     blind: bool | None
+    blind_s: float | None
     predict_s: float | None
     clock_s: float | None
     least_s: float | None
@@ -89,6 +91,25 @@ def playing(team: Entrant, **options: Unpack[Options]) -> Entrant:
     settings = team.settings.model_dump() | given
     settings["clock"] = team.settings.clock.model_dump() | clock
     return team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
+
+
+def learned_team(data: str | Path, word: str, **options: Unpack[Options]) -> LearnedTeam:
+    """A learned team of a data folder, as an opponent in the environments of ``pipeline.arena.env``.
+
+    Args:
+        data: the data folder.
+        word: names a policy, a season's apprentice or a constant team, see :func:`entrant`.
+        options: how it plays.
+
+    Raises:
+        BadSettings: if the word names no such team.
+        NotFound: if the policy does not exist, or if the season has none yet.
+    """
+    policies: dict[str, PolicyTables] = {}
+    team = entrant(Store(Path(data)), word, policies, **options)
+    if team.settings.policy is None:
+        raise BadSettings(f"{word!r} has learned nothing", next_step="Give the environment its name alone")
+    return LearnedTeam(team.settings, policies[team.settings.policy])
 
 
 class Player(NamedTuple):

@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from support.played import policy
 
 from pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
-from pipeline.arena.match.controllers import Controller, PolicyTables, controller_of
+from pipeline.arena.match.controllers import Controller, LearnedTeam, PolicyTables, controller_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.camera import CameraSettings
@@ -160,7 +160,7 @@ class TestSameMatch:
 
     def test_a_policy_as_opponent(self):
         known = PolicyTables(policy(*((role, 0, "184", 0.5) for role in ROLES)))
-        one = env(known, settings=SHORT)
+        one = env(LearnedTeam(TeamSettings(kind="learned"), known), settings=SHORT)
         one.reset(seed=3)
         for _ in range(60):
             one.step(np.zeros(6, np.float32))

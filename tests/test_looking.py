@@ -344,15 +344,15 @@ def test_team_takes_the_best():
     assert made.equals(log())
 
 
-def looks(blind):
-    """Whether strikers take 021 where the ball is in the other half, as they should, and where it is in their own."""
+def looks(**how):
+    """Where the ball is in strikers' decisions, float64 [n], and whether they take 021, as they should in the other half."""
     table = pairs_of(goalkeeper=[88], midfield=[11], striker=[21, 44])
     at = {"version": 1, "tree": 1, "missing_left": True}
     split = at | {"code": 21, "node": 0, "feature": "ball_x", "threshold": 0.0, "left": 1, "right": 2, "value": 0.0}
     ends = [at | {"code": 21, "node": node, "feature": None, "threshold": None, "missing_left": None, "left": None,
                   "right": None, "value": value} for node, value in ((1, -1.0), (2, 1.0))]
     appraisals = Appraisals.of([ends[0] | {"tree": 0, "node": 0, "value": 0.0}, split, *ends])
-    recipe = Recipe(home=TeamSettings(kind="learned", policy="it", blind=blind), away=TeamSettings(kind="static"), seed=4,
+    recipe = Recipe(home=TeamSettings(kind="learned", policy="it", **how), away=TeamSettings(kind="static"), seed=4,
                     referee=RefereeSettings(duration_s=120.0))
     match = Match(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
     while match.advance(1000):
@@ -360,18 +360,28 @@ def looks(blind):
     part = match.take()
     log = MatchLog(match.info, part.frames, part.referee, part.decisions)
     rows = log.decisions.join(sights(log, Values.empty(), GramSettings()), on=("team", "robot", "t_ns")).filter(role="striker")
-    up = rows["sight"].arr.get(PLACE["ball_x"]) > 0
-    return rows.filter(up)["behaviour_id"] == "striker-021", rows.filter(~up)["behaviour_id"] == "striker-021"
+    rows = rows.sort("t_ns")
+    return rows["sight"].arr.get(PLACE["ball_x"]).to_numpy(), (rows["behaviour_id"] == "striker-021").to_numpy()
 
 
 def test_blind_team():
     """A blind team takes each action as often as it sees cause to, but at other times."""
-    there, back = looks(blind=False)
-    assert there.all()
-    assert not back.any()
-    there, back = looks(blind=True)
-    whole = np.concatenate([there, back])
+    ball, shoots = looks()
+    assert (shoots == (ball > 0)).all()
+    ball, shoots = looks(blind=True)
+    there, back, whole = shoots[ball > 0], shoots[ball <= 0], shoots
     assert 0.05 < whole.mean() < 0.95
     assert abs(there.mean() - back.mean()) < 4 * np.sqrt(whole.var() * (1 / len(there) + 1 / len(back)))
     with pytest.raises(BadSettings, match="only a team that appraises what it sees can be blind"):
         controllers_of(Recipe(home=TeamSettings(kind="learned", blind=True), away=TeamSettings(kind="static"), seed=1), {})
+
+
+def test_blind_for_a_time():
+    """It acts on what its role saw so many decisions ago: first on the first, then on one after the other."""
+    ball, shoots = looks(blind=True, blind_s=3.0)  # a decision each 0.5 s
+    late = 6
+    assert (shoots[late:] == (ball[:-late] > 0)).all()
+    assert (shoots[:late] == (ball[0] > 0)).all()
+    assert (shoots != (ball > 0)).any()
+    with pytest.raises(BadSettings, match="only a blind team acts on what it saw so long ago"):
+        looks(blind_s=3.0)

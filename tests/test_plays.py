@@ -1,14 +1,19 @@
-"""A policy plays as the team did whose decisions it learned from."""
+"""A policy plays as the team did whose decisions it learned from, in a recorded match and in an environment."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from flows.cli import main
 from flows.commands.playing import Learners
 from flows.games import Turn, store_of, take
-from flows.teams import apprentice, entrant
+from flows.teams import apprentice, entrant, learned_team
+from pipeline.arena.env import env
+from pipeline.arena.match.controllers import Controller, controllers_of
+from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import TeamSettings
+from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
 
@@ -33,6 +38,38 @@ def test_a_policy_keeps_its_clock(tmp_path, text, kept):
             assert getattr(team, name) == getattr(expected, name) == getattr(counted, name)
     assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.clock_s == 0.7
     assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.predict_s == 0.0
+
+
+class Still(Controller):
+    """Its robots stand."""
+
+    def think(self, frame, view, wheels):
+        wheels[:] = 0.0
+
+
+@pytest.mark.parametrize("text", [_LOOKS, _STATES], ids=["looks", "looks up states"])
+def test_an_opponent_in_an_environment(tmp_path, text):
+    """An apprentice plays in an environment, byte for byte, as in a recorded match: by its clock, and predicting."""
+    season = Season(name="short", opponent="static", seed=1, settings=parse(text, where="short.toml"))
+    take(tmp_path, Turn(season, 1), discard=True)
+    one = env(learned_team(tmp_path, season.id), minutes=0.2)
+    one.reset(seed=3)
+    policies = {}
+    team = entrant(Store(tmp_path), season.id, policies)
+    assert one.match.recipe.away == team.settings
+    recipe = one.match.recipe
+    recorded = Match(recipe, controllers_of(recipe, policies, live=(Still(), None)), logged=False)
+    recorded.advance(600)
+    for _ in range(600):
+        one.step(np.zeros(6, np.float32))
+    assert one.match.bodies.tobytes() == recorded.bodies.tobytes()
+    slower = env(learned_team(tmp_path, season.id, predict_s=0.2), minutes=0.2)
+    slower.reset(seed=3)
+    for _ in range(600):
+        slower.step(np.zeros(6, np.float32))
+    assert slower.match.bodies.tobytes() != recorded.bodies.tobytes()
+    with pytest.raises(BadSettings, match="'static' has learned nothing"):
+        learned_team(tmp_path, "static")
 
 
 def test_options_of_the_other_kind(tmp_path, capsys):

@@ -31,7 +31,7 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.match.controllers import LearnedTeam
 from pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode, Side
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.observation import LIMIT, length
@@ -55,7 +55,7 @@ ID = "pitchlore/Match-v0"
 
 
 def parallel_env(
-    opponent: str | PolicyTables | None = None, *, side: Side = "home", actions: Actions = "wheels",
+    opponent: str | LearnedTeam | None = None, *, side: Side = "home", actions: Actions = "wheels",
     observations: Observations = "bodies", step_s: float | None = None, robots: int | None = None,
     minutes: float | None = None, goal_ends: bool = False, render_mode: RenderMode | None = None,
     settings: MatchSettings | None = None,
@@ -86,7 +86,7 @@ def parallel_env(
 
 
 def env(
-    opponent: str | PolicyTables = "static", *, side: Side = "home", actions: Actions = "wheels",
+    opponent: str | LearnedTeam = "static", *, side: Side = "home", actions: Actions = "wheels",
     observations: Observations = "bodies", step_s: float | None = None, robots: int | None = None,
     minutes: float | None = None, goal_ends: bool = False, render_mode: RenderMode | None = None,
     settings: MatchSettings | None = None,
@@ -95,7 +95,8 @@ def env(
 
     Args:
         opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on);
-            constant:044, constant:44/21/21 or best-constant for a constant team; or a policy.
+            constant:044, constant:44/21/21 or best-constant for a constant team; or a learned team, see
+            :func:`flows.teams.learned_team`.
         side: of the agent's team. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
         observations: what the agent sees.
@@ -124,12 +125,12 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
 
     Args:
         settings: of the environment.
-        opponent: word, or a policy; None: there is none.
+        opponent: word, or a learned team; None: there is none.
         side: of the agents, if there is an opponent.
     """
 
     def __init__(
-        self, settings: EnvSettings, opponent: str | PolicyTables | None = None, side: Side = "home"
+        self, settings: EnvSettings, opponent: str | LearnedTeam | None = None, side: Side = "home"
     ) -> None:
         self.settings = settings
         self.render_mode = settings.render_mode
@@ -239,13 +240,13 @@ class TeamEnv(gymnasium.Env[F32, Any]):
 
     Args:
         settings: of the environment.
-        opponent: word, or a policy.
+        opponent: word, or a learned team.
         side: of the agent's team.
     """
 
     metadata = EnvSettings().metadata
 
-    def __init__(self, settings: EnvSettings, opponent: str | PolicyTables, side: Side) -> None:
+    def __init__(self, settings: EnvSettings, opponent: str | LearnedTeam, side: Side) -> None:
         self.settings = settings
         self.render_mode = settings.render_mode
         self.metadata = settings.metadata

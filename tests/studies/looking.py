@@ -17,6 +17,10 @@ after the third: the two learners hardly differ. So ``together.csv`` has the ten
 ``looking-held`` holds what it tries for a second. It was chosen on development seeds (seasons 915 to 924; DECISIONS.md,
 ``explore_s``), after the other two were known, and has seasons and matches of fresh seeds.
 
+Who is blind acts each time on another sight, so that it also changes its mind more often. So apprentices of
+``looking-held`` are blind in another way, too: they see what was 30 s ago. This arm was added when the others were
+known.
+
 Controls of the learner: ``looking-shuffled`` learns from actions, and ``looking-drawn`` from sights, that were dealt
 out anew.
 
@@ -79,6 +83,7 @@ class Arm(NamedTuple):
         seeds: of the pairs of matches.
         how: the matches.
         blind: whether the apprentice is blind.
+        blind_s: whether it then acts on what its role saw so long ago, in place of any earlier moment.
         predict_s: how far ahead the team predicts; None: as its season says, or not at all.
     """
 
@@ -89,6 +94,7 @@ class Arm(NamedTuple):
     seeds: range
     how: MatchSettings = USUAL
     blind: bool | None = None
+    blind_s: float | None = None
     predict_s: float | None = None
 
     @property
@@ -172,7 +178,7 @@ ARMS: dict[str, list[Arm]] = {
         *ALL.arms,
         ALL.panel._replace(name="all actions offered, sights drawn in training", opponents=(STATIC, CONSTANT),
                            trained="looking-drawn", seasons=range(2041, 2046))],
-    HELD.season: HELD.arms,
+    HELD.season: [*HELD.arms, HELD.blind._replace(name=HELD.named("blind, sees what was 30 s ago"), blind_s=30.0)],
 }
 #: Teams that learn nothing, in the same matches.
 CONTROLS: dict[str, list[tuple[str, Arm]]] = {
@@ -196,7 +202,7 @@ def seasons(arms: Sequence[Arm], data: Path) -> None:
 def measured(store: Store, word: str, arm: Arm, opponent: str, crew: Crew) -> pl.DataFrame:
     """Goal differences of a team in an arm, a row a pair of matches: seed, difference."""
     policies: dict[str, PolicyTables] = {}
-    team = entrant(store, word, policies, blind=arm.blind, predict_s=arm.predict_s)
+    team = entrant(store, word, policies, blind=arm.blind, blind_s=arm.blind_s, predict_s=arm.predict_s)
     other = entrant(store, opponent, policies)
     how = Evaluation(**arm.how.of_match(), team=team, opponent=other)
     rows, _ = evaluate(store, how, arm.seeds, policies, crew)

@@ -120,6 +120,13 @@ class PolicyTables(NamedTuple):
     appraisals: pl.DataFrame | None = None
 
 
+class LearnedTeam(NamedTuple):
+    """A learned team: how it plays, and its policy. ``flows.teams.learned_team`` takes one from a data folder."""
+
+    settings: TeamSettings
+    tables: PolicyTables
+
+
 class _Deciding(Controller):
     """Logs the decisions of a team.
 
@@ -236,7 +243,8 @@ class AppraisingController(_Deciding):
     ) -> None:  # fmt: skip
         self._appraiser, names = appraising.appraiser_of(values, appraisals)
         super().__init__(recipe, rng, names)
-        self._memory = appraising.Memory.of(blind=settings.blind)
+        self._memory = appraising.Memory.of(
+            blind=settings.blind, late=round(settings.blind_s / settings.clock_s))
         self._whole, self._explore = radix("full36"), settings.explore
         self._clock = max(1, round(settings.clock_s * recipe.physics.hz))
         self._hold = max(1, round(settings.explore_s / settings.clock_s))
@@ -305,8 +313,8 @@ def controller_of(
         policy: of a learned team; None if it knows nothing.
 
     Raises:
-        BadSettings: if a person has to play it, if a team is to be blind that looks states up, or if one
-            that appraises what it sees has the other's clock.
+        BadSettings: if a person has to play it, if a team is to be blind that looks states up, if one that
+            appraises what it sees has the other's clock, or if one has ``blind_s`` that is not blind.
     """
     player = _player_of(settings, recipe, team, policy)
     frames = round(settings.predict_s * recipe.physics.hz)
@@ -320,6 +328,9 @@ def _player_of(settings: TeamSettings, recipe: Recipe, team: int, policy: Policy
         if settings.blind and known.appraisals is None:
             raise BadSettings("only a team that appraises what it sees can be blind", where="blind",
                               next_step="Leave it out, or name a policy of the learner \"sight\"")
+        if settings.blind_s and not settings.blind:
+            raise BadSettings("only a blind team acts on what it saw so long ago", where="blind_s",
+                              next_step="Give --blind, too, or leave it out")
         if known.appraisals is not None:
             if settings.clock != PAPER:
                 raise BadSettings("only a team that looks behaviours up in states has this clock",

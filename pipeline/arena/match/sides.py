@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.arena.match.controllers import PolicyTables, controller_of
+from pipeline.arena.match.controllers import LearnedTeam, PolicyTables, controller_of
 from pipeline.arena.match.driven import BehaviourController, Driven, WheelController
 from pipeline.arena.match.environment import EnvSettings, Side
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -24,7 +24,7 @@ class Sides:
 
     Args:
         settings: of the environment.
-        opponent: word, or a policy; None: both sides are driven.
+        opponent: word, or a learned team; None: both sides are driven.
         side: of the driven team, if there is an opponent.
 
     Attributes:
@@ -33,7 +33,7 @@ class Sides:
     """
 
     def __init__(
-        self, settings: EnvSettings, opponent: str | PolicyTables | None, side: Side
+        self, settings: EnvSettings, opponent: str | LearnedTeam | None, side: Side
     ) -> None:
         if side not in SIDES:
             raise BadSettings(f"there is no side {side!r}", where="side",
@@ -69,18 +69,18 @@ def _driver(settings: EnvSettings, recipe: Recipe, team: int) -> Driven:
     return BehaviourController(recipe, np.random.default_rng([recipe.seed, 1 + team]))
 
 
-def _opponent(word: str | PolicyTables) -> tuple[TeamSettings, PolicyTables | None]:
+def _opponent(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | None]:
     """Settings and policy of an opponent.
 
     Raises:
         BadSettings: if there is none of this name, or robots have no action for a code.
     """
-    if isinstance(word, PolicyTables):
-        return TeamSettings(kind="learned"), word
+    if isinstance(word, LearnedTeam):
+        return word
     if word in SCRIPTED:
         return TeamSettings(kind=word), None
     always = constant(word)
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
-            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a policy"))
+            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give the learned team that flows.teams.learned_team takes from a data folder"))
     return TeamSettings(kind="learned", clock=clock_of(word)), PolicyTables(always.policy())

@@ -5,7 +5,9 @@ role; of equal ones it takes any. With probability ``explore`` it takes any of t
 before the next decision is begun anew: a goalkeeper that goes to its goal, and is there, stays. A robot that
 can choose none moves randomly.
 
-A blind team is the control: each robot acts on a sight that a robot of its role had before in the match.
+A blind team is the control: each robot acts on a sight that a robot of its role had before in the match. Either
+it is any of these, or always the one of so long ago. What any of them suggests changes with each decision; what
+was seen of late goes together, but not with what is there.
 """
 
 from __future__ import annotations
@@ -55,21 +57,26 @@ class Appraiser(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Sights of the match so far, from which a blind team draws.
+    """Sights of the match so far, on which a blind team acts.
 
     Attributes:
-        sights: float32 [3, K, 30], by role; of a full role any is replaced. K = 0: the team is not blind.
-        held: int64 [3], how many there are of each role.
+        sights: float32 [3, K, 30], by role. K = 0: the team is not blind.
+        held: int64 [3], how many there are of each role; of a full role any is replaced.
+        late: number of decisions between a sight and the act, K - 1; 0: any sight that is held is drawn.
+        decisions: int64 [1], those so far; a sight is at its decision's number modulo K.
     """
 
     sights: F32
     held: I64
+    late: int
+    decisions: I64
 
     @classmethod
-    def of(cls, *, blind: bool) -> Memory:
+    def of(cls, *, blind: bool, late: int = 0) -> Memory:
         """An empty memory, for a team that is blind or not."""
-        return cls(np.zeros((len(ROLES), _KEPT if blind else 0, _NUMBERS), dtype=np.float32),
-                   np.zeros(len(ROLES), dtype=np.int64))
+        room = (late + 1 if late else _KEPT) if blind else 0
+        return cls(np.zeros((len(ROLES), room, _NUMBERS), dtype=np.float32),
+                   np.zeros(len(ROLES), dtype=np.int64), late, np.zeros(1, dtype=np.int64))
 
 
 def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Appraiser, list[str | None]]:
@@ -141,6 +148,14 @@ def _drawn(memory: Memory, role: int, sight: F32, splitmix: SplitMix) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _of_late(memory: Memory, role: int, sight: F32) -> None:
+    """Keep a sight, and write the role's of so long ago over it; before that the first one of the match."""
+    now, room = memory.decisions[0], memory.sights.shape[1]
+    memory.sights[role, now % room] = sight
+    sight[:] = memory.sights[role, (now + 1) % room if now >= memory.late else 0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def decide(
     view: F64, direction: float, lead: int, robots: Records, appraiser: Appraiser, memory: Memory,
     whole: Radix, edges: BinEdges, explore: float, hold: int, held: I64, packed: Records, splitmix: SplitMix,
@@ -176,7 +191,9 @@ def decide(
     for robot in range(1, count + 1):
         own, role = robots[robot - 1], roles[robot - 1]
         see_from(view, robot, m.goal_x, sight)
-        if memory.sights.shape[1] > 0:
+        if memory.late > 0:
+            _of_late(memory, role, sight)
+        elif memory.sights.shape[1] > 0:
             _drawn(memory, role, sight, splitmix)
         decision = decisions[robot - 1]
         decision["robot"], decision["role"], decision["state"] = robot, role, state
@@ -200,6 +217,7 @@ def decide(
         own["behaviour"], own["place"] = best, 0
         executors.start(appraiser.codes[best], robot, view, roles, m, splitmix, own["action"])
         decision["behaviour"], decision["random"] = role * len(appraiser.codes) + best, tries or best == 0
+    memory.decisions[0] += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
