@@ -196,7 +196,7 @@ def seasons(arms: Sequence[Arm], data: Path) -> None:
     """Play the seasons that are missing."""
     for settings, seeds in dict.fromkeys((arm.trained, arm.seasons) for arm in arms):
         command("season", "--settings", settings, "--seed", str(seeds[0]), "--seasons", str(len(seeds)),
-                "--data", str(data))
+                "--discard", "--data", str(data))
 
 
 def measured(store: Store, word: str, arm: Arm, opponent: str, crew: Crew) -> pl.DataFrame:

@@ -52,7 +52,8 @@ def prepared(data: Path) -> None:
     """Play the seasons of our apprentices that are missing."""
     for seed in HELD.seasons:
         if Store(data).receipt("seasons", season_of(seed)) is None:
-            command("season", "--settings", HELD.season, "--seed", str(seed), "--data", str(data))
+            command("season", "--settings", HELD.season, "--seed", str(seed), "--discard",
+                    "--data", str(data))
 
 
 def trainings(data: Path, minutes: float) -> Iterator[list[str]]:
