@@ -51,6 +51,7 @@ def results():
         {"learner": OURS, "seed": 1, "matches": 140, "difference": 3.0, **common},
         {"learner": "ppo", "seed": 1, "matches": 140, "difference": 4.0, **common},
         {"learner": "ppo", "seed": 2, "matches": 140, "difference": 6.0, **common},
+        {"learner": "dqn", "seed": 1, "matches": 1_400, "difference": 9.0, **common},
     ])
 
 
@@ -63,17 +64,18 @@ def test_learners():
 
 
 def test_markdown():
-    """The best against the static team leads, be it a peer; the static team itself comes last."""
+    """The best against the static team at equal matches leads, be it a peer; then who had more; then controls."""
     names = [line.split("|")[1].strip() for line in markdown(learners(results())).splitlines()[2:]]
-    assert names == ["ppo", f"**{OURS}**", "static"]
+    assert names == ["ppo", f"**{OURS}**", "dqn", "static"]
 
 
 def test_curve():
     """A row a number of matches; controls, and matches against others, are no part of it."""
     lines = curve(learners(results())).splitlines()
-    assert lines[0] == f"| against static after | {OURS} | ppo |"
-    assert lines[2].startswith("| 140 matches | +3.0 [−9.0, 9.0] | +5.0 [")
-    assert len(lines) == 3
+    assert lines[0] == f"| against static after | ppo | {OURS} | dqn |"
+    assert lines[2].startswith("| 140 matches | +5.0 [−")
+    assert "| +3.0 [−9.0, 9.0] |" in lines[2]
+    assert len(lines) == 4
 
 
 @pytest.mark.parametrize("learner", ["ppo", "dqn"])

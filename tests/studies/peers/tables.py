@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 from matplotlib.figure import Figure
-from studies.peers.teams import OURS, STATIC, WHOLE, Team
+from studies.peers.teams import ONCE, OURS, STATIC, WHOLE, Team
 
 from pipeline.arena.teams.panel import PANEL
 from pipeline.statistics import mean_interval
@@ -44,9 +44,14 @@ def _learners(results: pl.DataFrame) -> Iterator[dict[str, object]]:
 
 
 def markdown(found: pl.DataFrame) -> str:
-    """The table: a row a learner and number of matches, a column an opponent, the best against static first."""
+    """The table: a row a learner and number of matches, a column an opponent.
+
+    Who learned from a season's matches comes first, the best against static before the others; then who learned
+    from other numbers, then who learned nothing.
+    """
     whole = found.filter(pl.col("matches").is_in(WHOLE) | (pl.col("matches") == pl.col("matches").max().over("learner")))
-    order = whole.filter(opponent=STATIC).sort("difference", descending=True)
+    equal, learned = pl.col("matches") == ONCE, pl.col("matches") > 0
+    order = whole.filter(opponent=STATIC).sort(equal, learned, "difference", descending=True)
     if not order.filter(learner=STATIC).height:  # it does not play against itself
         order = pl.concat([order, whole.filter(learner=STATIC).unique(_ROW)])
     lines = ["| | matches | trainings | " + " | ".join(map(called, PANEL)) + " |", "|---|---|---|" + "---|" * len(PANEL)]
@@ -60,9 +65,12 @@ def markdown(found: pl.DataFrame) -> str:
 
 
 def curve(found: pl.DataFrame) -> str:
-    """The learning curves against the static team: a row a number of matches, a column a learner."""
+    """The learning curves against the static team: a row a number of matches, a column a learner.
+
+    The best after a season's matches comes first.
+    """
     own = found.filter(pl.col("matches") > 0, opponent=STATIC)
-    names = own["learner"].unique(maintain_order=True).to_list()
+    names = own.sort(pl.col("matches") == ONCE, "difference", descending=True)["learner"].unique(maintain_order=True)
     lines = [f"| against {STATIC} after | " + " | ".join(names) + " |", "|---" * (1 + len(names)) + "|"]
     lines += [f"| {matches} matches | " + " | ".join(_cell(own.filter(learner=name, matches=matches)) for name in names)
               + " |" for matches in own["matches"].unique().sort()]
