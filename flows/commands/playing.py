@@ -108,8 +108,8 @@ class Learners:
             season, else 0).
         blind: Robots of a learned team act on sights that their role had before in the match: the control of
             a team that looks.
-        blind_s: Seconds; robots of a blind team act on what their role saw so long ago, in place of any earlier
-            moment.
+        blind_s: Seconds: robots of a blind team act on what their role saw so long ago, in place of any
+            earlier moment.
         predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as when it
             learned, else 0).
         clock_s: Seconds between decisions of a team that looks (default: as when it learned, else 0.5).

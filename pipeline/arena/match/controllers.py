@@ -121,7 +121,12 @@ class PolicyTables(NamedTuple):
 
 
 class LearnedTeam(NamedTuple):
-    """A learned team: how it plays, and its policy. ``flows.teams.learned_team`` takes one from a data folder."""
+    """A learned team; ``flows.teams.learned_team`` takes one from a data folder.
+
+    Attributes:
+        settings: how it plays.
+        tables: its policy.
+    """
 
     settings: TeamSettings
     tables: PolicyTables

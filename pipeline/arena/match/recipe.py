@@ -48,8 +48,8 @@ class TeamSettings(Frozen):
         clock_s: for a learned team that appraises what it sees: time between its decisions, seconds.
         blind: for a learned team that appraises what it sees: its robots act on sights drawn from those that
             their role had before in the match. It is the control of all that such a team gains by looking.
-        blind_s: for a blind team: its robots act on what their role saw so long ago, seconds, rounded to whole
-            decisions. What they see then goes together as it did. 0: any earlier sight, drawn anew each time.
+        blind_s: for a blind team: its robots act on what their role saw so long ago, seconds, rounded to
+            whole decisions. 0: any earlier sight, drawn anew for each decision.
         predict_s: the team acts on the bodies as it reckons them to be so much later than it sees them,
             seconds, rounded to whole frames (``pipeline.arena.teams.predicting``). Not for a person.
     """

@@ -5,9 +5,9 @@ role; of equal ones it takes any. With probability ``explore`` it takes any of t
 before the next decision is begun anew: a goalkeeper that goes to its goal, and is there, stays. A robot that
 can choose none moves randomly.
 
-A blind team is the control: each robot acts on a sight that a robot of its role had before in the match. Either
-it is any of these, or always the one of so long ago. What any of them suggests changes with each decision; what
-was seen of late goes together, but not with what is there.
+A blind team is the control: each robot acts on a sight that a robot of its role had before in the match. It
+is any of them, drawn anew for each decision, or that of so long ago. In the first way robots also change their
+minds more often than those that look.
 """
 
 from __future__ import annotations
