@@ -82,6 +82,6 @@ def _opponent(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | Non
     always = constant(word)
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
-            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a learned team "
-            "(flows.teams.learned_team)"))
+            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a "
+            "learned team (flows.teams.learned_team)"))
     return TeamSettings(kind="learned", clock=clock_of(word)), PolicyTables(always.policy())

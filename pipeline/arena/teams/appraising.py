@@ -6,8 +6,8 @@ before the next decision is begun anew: a goalkeeper that goes to its goal, and 
 can choose none moves randomly.
 
 A blind team is the control: each robot acts on a sight that a robot of its role had before in the match. It
-is any of them, drawn anew for each decision, or that of so long ago. In the first way robots also change their
-minds more often than those that look.
+is any of them, drawn anew for each decision, or that of so long ago. In the first way robots also change
+their minds more often than those that look.
 """
 
 from __future__ import annotations
