@@ -18,8 +18,8 @@ after the third: the two learners hardly differ. So ``together.csv`` has the ten
 ``explore_s``), after the other two were known, and has seasons and matches of fresh seeds.
 
 Who is blind acts each time on another sight, so that it also changes its mind more often. So apprentices of
-``looking-held`` are blind in another way, too: they see what was 30 s ago. This arm was added when the others were
-known.
+``looking-held`` are blind in another way, too: they see what was 30 s ago. This arm, and the matches with what each role does best
+for a second, were added when the others were known.
 
 Controls of the learner: ``looking-shuffled`` learns from actions, and ``looking-drawn`` from sights, that were dealt
 out anew.
@@ -66,6 +66,8 @@ from schemas.sights import SIGHT
 #: Seeds of the logged matches.
 LOGGED = range(2_100_000, 2_100_004)
 STATIC, CONSTANT = "static", "best-constant"
+#: What each role does best for a second among robots that look: ``make trial`` searched for it.
+FOR_A_SECOND = "constant:021/044/044"
 USUAL = MatchSettings(referee=RefereeSettings(duration_s=480.0))
 _LATE = USUAL.model_copy(update={"camera": CameraSettings(latency_s=0.1, position_noise=0.01)})
 _TYPICAL = CameraSettings(position_noise=0.003, heading_noise=np.radians(2.0))
@@ -178,7 +180,10 @@ ARMS: dict[str, list[Arm]] = {
         *ALL.arms,
         ALL.panel._replace(name="all actions offered, sights drawn in training", opponents=(STATIC, CONSTANT),
                            trained="looking-drawn", seasons=range(2041, 2046))],
-    HELD.season: [*HELD.arms, HELD.blind._replace(name=HELD.named("blind, sees what was 30 s ago"), blind_s=30.0)],
+    HELD.season: [
+        *HELD.arms,
+        HELD.blind._replace(name=HELD.named("blind, sees what was 30 s ago"), blind_s=30.0),
+        HELD.panel._replace(name=HELD.named("each role's best for a second"), opponents=(FOR_A_SECOND,))],
 }
 #: Teams that learn nothing, in the same matches.
 CONTROLS: dict[str, list[tuple[str, Arm]]] = {
@@ -186,7 +191,7 @@ CONTROLS: dict[str, list[tuple[str, Arm]]] = {
         *WATCHED.controls("constant:044", "pressing"),
         (CONSTANT, WATCHED.late._replace(name="late camera", predict_s=0.0))],
     ALL.season: ALL.controls(),
-    HELD.season: HELD.controls("constant:044"),
+    HELD.season: HELD.controls("constant:044", FOR_A_SECOND),
 }
 #: Arms that differ only in whether all actions were offered.
 _ALIKE = tuple(zip(WATCHED.arms, ALL.arms, strict=True))
