@@ -142,7 +142,7 @@ imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways
 	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)
 
 # rSim has no wheel and needs ODE. RSIM and PSIM are Pythons with rc-robosim and with pSim, TEAMS are seasons of STUDY_DATA.
-transfer: $(READY)  ## does a team play in others' simulators as in our arena? (a quarter of an hour for each; RSIM, PSIM, TEAMS)
+transfer: $(READY)  ## does a team play in others' simulators as in our arena? (three minutes a team in pSim, half an hour in rSim; RSIM, PSIM, TEAMS)
 	PYTHONPATH=tests $(BIN)/python -m studies.transfer data/studies/transfer $(or $(RSIM),-) $(or $(PSIM),-) $(STUDY_DATA) $(TEAMS)
 
 # Each peer's library has an environment of its own. It takes the apprentices that `make looking` has trained.

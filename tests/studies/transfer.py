@@ -1,7 +1,7 @@
 """Does what was learned in our arena work in others' simulators? The same teams, laws and seeds in rSim and pSim.
 
-``PYTHONPATH=tests python -m studies.transfer data/studies/transfer RSIM PSIM DATA TEAM...`` (a quarter of an hour for a
-team and simulator; RSIM and PSIM are Pythons with rc-robosim and with pSim, or ``-``; DATA has the seasons of the
+``PYTHONPATH=tests python -m studies.transfer data/studies/transfer RSIM PSIM DATA TEAM...`` (three minutes for a team
+in pSim, half an hour in rSim; RSIM and PSIM are Pythons with rc-robosim and with pSim, or ``-``; DATA has the seasons of the
 teams that are named).
 
 Each team plays twenty matches of eight minutes against the static team, in pairs of one seed with sides swapped: in
