@@ -81,7 +81,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking trial  ## most studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking trial  ## most studies, into data/studies/ (about twelve hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -185,7 +185,7 @@ IDEAS := begin-all bold both-teams constant-steps each-decision grams influence 
 # What the paper leaves open, see pipeline/studies/seasons/named/paper-vary-*.toml.
 VARIED := $(sort $(patsubst pipeline/studies/seasons/named/%.toml,%,$(wildcard pipeline/studies/seasons/named/paper-vary-*.toml)))
 
-seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (two and a half hours)
+seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (about three hours on two free cores)
 	$(SEASON) --settings paper --seasons 5
 	$(SEASON) --settings paper-literal --seasons 5
 	$(SEASON) --settings paper-full35 --opponent static --opponent human-like --seasons 5
@@ -194,14 +194,12 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 	$(SEASON) --settings best-in-games --seasons 5
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done
 	for other in random static; do $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; done
-	for team in constant:044 constant:021 best-constant $(addprefix best-static-,$(APPRENTICES)); do \
+	for team in constant:044 constant:021 best-constant $(addprefix best-static-,$(APPRENTICES)) \
+	    $(addprefix best-in-games-static-,$(APPRENTICES)); do \
 	  for against in "--against random" --panel; do \
 	    $(EVALUATE) --policy $$team $$against --matches 100 || exit 1; \
 	  done; \
 	done
-	for seed in $(APPRENTICES); do for other in random static; do \
-	  $(EVALUATE) --policy best-in-games-static-$$seed --against $$other --matches 100 || exit 1; \
-	done; done
 	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
 
 # Paper's figures need games 1 to 10, and a few after the change of the score.
