@@ -383,5 +383,7 @@ def test_blind_for_a_time():
     assert (shoots[late:] == (ball[:-late] > 0)).all()
     assert (shoots[:late] == (ball[0] > 0)).all()
     assert (shoots != (ball > 0)).any()
+    ball, shoots = looks(blind=True, blind_s=0.1)  # less than half a decision: one
+    assert (shoots[1:] == (ball[:-1] > 0)).all()
     with pytest.raises(BadSettings, match="only a blind team acts on what it saw so long ago"):
         looks(blind_s=3.0)

@@ -85,7 +85,7 @@ class Arm(NamedTuple):
         seeds: of the pairs of matches.
         how: the matches.
         blind: whether the apprentice is blind.
-        blind_s: whether it then acts on what its role saw so long ago, in place of any earlier moment.
+        blind_s: how long ago its role saw what it then acts on, seconds; None: at any earlier moment.
         predict_s: how far ahead the team predicts; None: as its season says, or not at all.
     """
 

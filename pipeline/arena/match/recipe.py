@@ -49,7 +49,7 @@ class TeamSettings(Frozen):
         blind: for a learned team that appraises what it sees: its robots act on sights drawn from those that
             their role had before in the match. It is the control of all that such a team gains by looking.
         blind_s: for a blind team: its robots act on what their role saw so long ago, seconds, rounded to
-            whole decisions. 0: any earlier sight, drawn anew for each decision.
+            whole decisions, at least one. 0: any earlier sight, drawn anew for each decision.
         predict_s: the team acts on the bodies as it reckons them to be so much later than it sees them,
             seconds, rounded to whole frames (``pipeline.arena.teams.predicting``). Not for a person.
     """

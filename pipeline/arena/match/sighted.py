@@ -43,7 +43,7 @@ _BARE = ("behind", "faces_ball", "faces_shot", "adversary_behind", "mate_behind"
 
 
 def scales(settings: MatchSettings) -> F64:
-    """What the numbers of a sight are divided by, float64 [30]."""
+    """The scales that the numbers of a sight are divided by, float64 [30]."""
     pitch, top = settings.pitch, settings.physics.wheel_speed
     of = {
         **dict.fromkeys(SIGHT, pitch.goal_x + pitch.goal_depth), **dict.fromkeys(_BALL_SPEEDS, 2 * top),

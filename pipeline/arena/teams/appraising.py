@@ -124,7 +124,7 @@ def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Apprai
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
-    """What an action is worth at a sight, float32 [30]; 0 without trees."""
+    """Worth of an action at a sight, float32 [30]; 0 without trees."""
     worth = 0.0
     for tree in range(appraiser.first[action], appraiser.first[action + 1]):
         worth += leaf(appraiser.trees, appraiser.trees.start[tree], sight)

@@ -61,7 +61,7 @@ def clock_of(word: str) -> ClockSettings:
 
 
 def _best() -> dict[str, Any]:
-    """What the search wrote."""
+    """The file of the search, as JSON says it."""
     text = resources.files("pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8")
     said: dict[str, Any] = json.loads(text)
     return said

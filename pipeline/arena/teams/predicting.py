@@ -25,7 +25,7 @@ _PUT = 2.0
 
 
 class Predictor(NamedTuple):
-    """What is remembered of a team's own robots.
+    """Memory of a team's own robots.
 
     Attributes:
         rims: float64 [N, 2], speeds that the wheels have by the commands, left and right, m/s.
