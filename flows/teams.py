@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple, TypedDict, Unpack
 
-from pipeline.arena.match.controllers import LearnedTeam, PolicyTables
+from pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.teams.clock import ClockSettings
-from pipeline.arena.teams.constant import BEST, clock_of, constant
+from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
@@ -64,13 +64,11 @@ def entrant(
     """
     if word in SCRIPTED or word == REMOTE:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
-    control = constant(word)
+    always = constant_team(word)
     version = word.removeprefix("learned:")
-    if control is not None:
-        policies[control.word] = PolicyTables(control.policy())
-        name = word if word == BEST else control.word
-        settings = TeamSettings(kind="learned", policy=control.word, clock=clock_of(word))
-        team = Entrant(name=name, settings=settings)
+    if always is not None:
+        named, tables = str(always.settings.policy), always.tables
+        team = Entrant(name=word if word == BEST else named, settings=always.settings)
     else:
         if word == "learned" or version.isdecimal():
             manifest = policy(store, None if word == "learned" else int(version))
@@ -79,8 +77,8 @@ def entrant(
         else:
             player = apprentice(store, word)
         named, tables = labelled(player.store, player.manifest)
-        policies[named] = tables
         team = player.team
+    policies[named] = tables
     return playing(team, **options)
 
 

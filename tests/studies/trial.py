@@ -267,12 +267,12 @@ def worth_of(rows: pl.DataFrame, trial: Trial) -> pl.DataFrame:
 def searched(data: Path, words: Sequence[str]) -> tuple[Constant, pl.DataFrame]:
     """Each role's best constant for a second, and the table of the search."""
     first = worth_of(_rows(data, _SEARCH, words), _SEARCH)
-    best = [first.filter(role=role)["code"].to_list() for role in ROLES]
-    teams = [Constant(*codes).word for codes in list(zip(*best, strict=True))[:_FINALISTS]]
+    ranked = [first.filter(role=role)["code"].to_list() for role in ROLES]
+    teams = [Constant(*codes).word for codes in list(zip(*ranked, strict=True))[:_FINALISTS]]
     final = Trial((*[LOOKS] * len(teams), *teams), _FINAL_SEEDS)
     second = worth_of(_rows(data, final, words), final)
-    found = Constant(*(second.filter(role=role)["code"][0] for role in ROLES))
-    return found, pl.concat(own.select(pl.lit(stage).alias("stage"), pl.all()) for stage, own in ((1, first), (2, second)))
+    best_of_roles = Constant(*(second.filter(role=role)["code"][0] for role in ROLES))
+    return best_of_roles, pl.concat(own.select(pl.lit(stage).alias("stage"), pl.all()) for stage, own in ((1, first), (2, second)))
 
 
 def _rows(data: Path, trial: Trial, words: Sequence[str]) -> pl.DataFrame:
@@ -288,12 +288,12 @@ def found(learner: Learner, data: Path) -> dict[str, pl.DataFrame]:
     if learner is HELD:
         best, tables["constants"] = searched(data, words)
         trials.append(against(best))
-    rows = [_rows(data, trial, words) for trial in trials]
+    played_by_lot = [(_rows(data, trial, words), trial) for trial in trials]
     groups: list[list[str]] = [[], ["team"], ["role"], ["role", "cell"]]
     return tables | {
-        "trial": pl.concat([differences(own, trial, by) for own, trial in zip(rows, trials, strict=True) for by in groups],
+        "trial": pl.concat([differences(rows, trial, by) for rows, trial in played_by_lot for by in groups],
                            how="diagonal").select("way", "less", "team", "role", "cell", "seconds", "difference", "low", "high"),
-        "earned": pl.concat([earned(own, trial, by) for own, trial in zip(rows, trials, strict=True)
+        "earned": pl.concat([earned(rows, trial, by) for rows, trial in played_by_lot
                              for by in (["role"], ["role", "cell"], ["team", "role", "cell"])]),
     }
 

@@ -13,6 +13,7 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.teams import appraising, learned
 from pipeline.arena.teams.ball import NOBODY
 from pipeline.arena.teams.clock import PAPER, Clock
+from pipeline.arena.teams.constant import clock_of, constant
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.predicting import Predictor, predict
@@ -130,6 +131,22 @@ class LearnedTeam(NamedTuple):
 
     settings: TeamSettings
     tables: PolicyTables
+
+
+def constant_team(word: str) -> LearnedTeam | None:
+    """The constant team that a word names, with its clock; None if the word names none.
+
+    Args:
+        word: see :func:`pipeline.arena.teams.constant.constant`.
+
+    Raises:
+        BadSettings: if it has not one or three codes, or if robots have no action for a code.
+    """
+    found = constant(word)
+    if found is None:
+        return None
+    settings = TeamSettings(kind="learned", policy=found.word, clock=clock_of(word))
+    return LearnedTeam(settings, PolicyTables(found.policy()))
 
 
 class _Deciding(Controller):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.arena.match.controllers import LearnedTeam, PolicyTables, controller_of
+from pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team, controller_of
 from pipeline.arena.match.driven import BehaviourController, Driven, WheelController
 from pipeline.arena.match.environment import EnvSettings, Side
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.match.stepped import SteppedMatch
-from pipeline.arena.teams.constant import BEST, clock_of, constant
+from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
@@ -79,9 +79,9 @@ def _opponent(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | Non
         return word
     if word in SCRIPTED:
         return TeamSettings(kind=word), None
-    always = constant(word)
+    always = constant_team(word)
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
             f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a "
             "learned team (flows.teams.learned_team)"))
-    return TeamSettings(kind="learned", clock=clock_of(word)), PolicyTables(always.policy())
+    return always
