@@ -123,7 +123,7 @@ ball-goals: $(READY)  ## are goals found from the ball those of the score? (five
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
 
-best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (a quarter of an hour)
+best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (ten minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant
 
 # LEARNERS: the settings of some seasons (looking-held); then the rows of others stay as they are.
@@ -196,7 +196,7 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 	for other in random static; do $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; done
 	for team in constant:044 constant:021 best-constant $(addprefix best-static-,$(APPRENTICES)) \
 	    $(addprefix best-in-games-static-,$(APPRENTICES)); do \
-	  for against in "--against random" --panel; do \
+	  for against in "--against random" ""; do \
 	    $(EVALUATE) --policy $$team $$against --matches 100 || exit 1; \
 	  done; \
 	done

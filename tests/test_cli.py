@@ -395,7 +395,7 @@ def test_options_of_an_evaluation(call, tmp_path):
 @pytest.mark.slow
 def test_panel(call, tmp_path):
     """One table has a row for each opponent of the panel, all with the same seeds, and the files have safe names."""
-    words = ("evaluate", "--policy", "constant:044", "--panel", "--matches", "2", "--seed", "5", "--minutes", "0.02",
+    words = ("evaluate", "--policy", "constant:044", "--matches", "2", "--seed", "5", "--minutes", "0.02",
              "--on", "processes:1", "--data", tmp_path / "data")
     code, out, _ = call(*words, "--json", "--export", tmp_path / "export")
     said = json.loads(out)
@@ -409,8 +409,11 @@ def test_panel(call, tmp_path):
     assert (code, [row.split()[1] for row in rows]) == (0, list(PANEL))
     assert "0 matches played now, 14 before" in out
     assert "constant:044: the same team on both sides" in out
-    code, _, err = call(*words, "--against", "random")
-    assert (code, "the panel has its own opponents" in err) == (1, True)
+    assert call(*words, "--least-s", "0.4", "--export", tmp_path / "slow")[0] == 0
+    (slow,) = (tmp_path / "slow").glob("constant-044-constant-021-*.json")
+    settings = json.loads(slow.read_text())["settings"]
+    assert settings["team"]["settings"]["clock"]["least_s"] == 0.4
+    assert "clock" not in settings["opponent"]["settings"], "the panel plays as it is"
 
 
 def test_failed_export(call, tmp_path, monkeypatch):

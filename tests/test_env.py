@@ -91,11 +91,12 @@ class TestLibraries:
         """Also its render modes: rgb_array, and human in a window that nobody sees."""
         check_env(gymnasium.make(ID, actions=actions, minutes=0.02).unwrapped)
 
+    @pytest.mark.parametrize("observations", ["bodies", "sights"])
     @pytest.mark.parametrize("actions", ACTIONS)
-    def test_stable_baselines3(self, actions):
+    def test_stable_baselines3(self, actions, observations):
         checker = pytest.importorskip(
             "stable_baselines3.common.env_checker", reason="stable-baselines3 needs torch and is not installed")
-        checker.check_env(env(actions=actions, minutes=0.02))
+        checker.check_env(env(actions=actions, observations=observations, minutes=0.02))
 
 
 class TestSameMatch:

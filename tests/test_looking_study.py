@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.looking import ARMS, HELD, PANEL, Aim, aims, information, replaced
+from studies.looking import ARMS, EARNED, HELD, PANEL, Aim, aims, information, replaced
 
 from schemas import ROLES
 from schemas.sights import SIGHT
@@ -26,15 +26,16 @@ def control():
     return pl.DataFrame({"difference": np.random.default_rng(1).normal(-1.0, 1.0, 50)})
 
 
-def reached(found: pl.DataFrame, control: pl.DataFrame) -> dict[str, Aim]:
-    return {aim.aim: aim for aim in aims(found, HELD, control)}
+def reached(found: pl.DataFrame, control: pl.DataFrame, share: float = 0.6) -> dict[str, Aim]:
+    decided = pl.DataFrame({EARNED: share + 0.01 * np.arange(5)})
+    return {aim.aim: aim for aim in aims(found, HELD, control, decided)}
 
 
 def test_aims_of_a_good_team(control):
     """A team that is six goals better everywhere, and loses when it is blind, reaches all; each panel member counts."""
     found = reached(results(6.0), control)
     assert all(aim.reached for aim in found.values())
-    assert len(found) == 2 + len(PANEL) + 1 + 4
+    assert len(found) == 2 + len(PANEL) + 1 + 4 + 1
     assert found["2. ahead of static by more than best-constant (Welch)"].mean == pytest.approx(7.0, abs=0.5)
     assert found["4. loses when it is blind"].mean == pytest.approx(11.0)
 
@@ -46,6 +47,8 @@ def test_aims_need_the_lower_bound(control):
     assert not wide["1. ahead of best-constant, head to head"].reached
     same = reached(results(6.0, blind=6.0), control)
     assert not same["4. loses when it is blind"].reached
+    idle = reached(results(6.0), control, share=0.49)
+    assert [aim for aim, found in idle.items() if not found.reached] == ["6. earns half of its time, by its own log (a share)"]
 
 
 def decided(rng, follows):

@@ -54,7 +54,7 @@ def kicking(seed, each=3):
 def test_kick_offs():
     """Learned actions that are three a kick-off are found to be so, and to follow it."""
     games, _ = tables(*(kicking(s) for s in range(3)))
-    (row,) = kick_offs(games, "paper").iter_rows(named=True)
+    (row,) = kick_offs(games).iter_rows(named=True)
     assert (row["opponent"], row["first"], row["last"], row["seasons"]) == (STATIC, 11, 20, 3)
     assert row["each"] == pytest.approx(3.0)
     assert row["r"] == pytest.approx(1.0)
@@ -62,7 +62,7 @@ def test_kick_offs():
     assert row["kick_offs"] == pytest.approx(15.5 + 1 + 1)
     assert row["other"] == pytest.approx(100 * 3 * 17.5 / 1000)
     assert (row["in_first"], row["later"]) == (100.0, 0.0)  # the first 200 actions of a game hold all of them
-    said = " ".join(conclusions(kick_offs(games, "paper")))
+    said = " ".join(conclusions(kick_offs(games)))
     # games 11 to 35 of the paper's column: 132 a game
     assert "There are 3 of them for each kick-off. Goals + 1 accounts for 100 %" in said
     assert "the paper's 132 learned actions a game (from game 11 on) are 44.1 kick-offs, one each 10.9 s" in said
@@ -71,20 +71,29 @@ def test_kick_offs():
 def test_learned_play_is_no_kick_off():
     """Learned actions beyond the first second are seen as such."""
     games, _ = tables(*(season("paper", STATIC, s, last=20, other=lambda g: 50.0 if g > 10 else 0.0) for s in range(3)))
-    (row,) = kick_offs(games, "paper").iter_rows(named=True)
+    (row,) = kick_offs(games).iter_rows(named=True)
     assert row["in_first"] == pytest.approx(40.0)  # 200 of 500
     assert row["later"] == pytest.approx(37.5)  # 300 of 800
     assert row["r"] is None  # the share is the same in all games
 
 
+def test_without_the_score():
+    """Settings whose key has no score stand beside the paper's; others do not."""
+    some = [season(name, HUMAN, s, last=20, other=lambda g: 3.0) for name in ("paper", "paper-full35", "best") for s in range(3)]
+    games, _ = tables(*some)
+    assert kick_offs(games).select("settings", "opponent").rows() == [("paper", HUMAN), ("paper-full35", HUMAN)]
+    told = "\n".join(about_kick_offs(games))
+    assert "- With `paper-full35` against human-like (a second script): 100 % of our learned actions" in told
+
+
 def test_too_few():
     """A column with hardly any learned actions leads to no number of kick-offs, and old seasons to none at all."""
     games, _ = tables(*(season("paper", HUMAN, s, last=20, other=lambda g, s=s: 5.0 if (s, g) == (0, 12) else 0.0) for s in range(3)))
-    said = list(conclusions(kick_offs(games, "paper")))
-    assert said[-1] == "They are too few to say anything of the paper's column."
+    said = list(conclusions(kick_offs(games)))
+    assert said[-1].endswith(" They are too few to say anything of the paper's column.")
     old = games.with_columns(pl.lit(None, pl.Int64).alias("first_other_actions"))
-    assert kick_offs(old, "paper")["in_first"].to_list() == [None]
-    assert list(conclusions(kick_offs(old, "paper"))) == []
+    assert kick_offs(old)["in_first"].to_list() == [None]
+    assert list(conclusions(kick_offs(old))) == []
     assert next(iter(reversed(list(about_kick_offs(games))))).endswith(NOT_TOLD)
     assert list(about_kick_offs(games.filter(pl.col("settings") == "best"))) == []
 

@@ -226,7 +226,7 @@ def test_evaluation_commands():
         *(evaluation("constant:044", opponent, 2) for opponent in PANEL[1:]),
     ])
     assert list(evaluating(games, rows)) == [
-        "pitchlore evaluate --policy best-constant --panel --matches 4",
+        "pitchlore evaluate --policy best-constant --matches 4",
         "pitchlore evaluate --policy best-constant --against random --matches 4",
         "pitchlore evaluate --policy best-static-s1 --against random --matches 6 --seed 2 --minutes 2.5",
         "pitchlore evaluate --policy best-static-s1 --against static --matches 200",

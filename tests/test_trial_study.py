@@ -6,11 +6,10 @@ import numpy as np
 import polars as pl
 import pytest
 from studies.looking import cells
-from studies.trial import FIRST, Chooser, Trial, differences, earned, seconds, worth_of
+from studies.trial import FIRST, WHOLE, Chooser, Trial, differences, earned, seconds, worth_of
 
 from pipeline.arena.env import BEHAVIOURS
 from pipeline.arena.teams.appraising import Appraiser, appraiser_of
-from pipeline.arena.teams.constant import best_constant
 from schemas import ROLES, Appraisals
 from schemas.sights import SIGHT
 
@@ -41,13 +40,13 @@ def at(up: list[float]) -> np.ndarray:
 
 
 def test_ways_to_act(appraiser):
-    """Who looks follows what it sees; who does not does its role's part of best-constant; the blind one looks elsewhere."""
+    """Who looks follows what it sees; who does not does its role's part of a constant team; the blind one looks elsewhere."""
     choose = Chooser(appraiser, WAYS, np.random.default_rng(1))
     roles = np.array([0, 1, 2, 2])
     sights = at([0.5, -0.5, 0.5, -0.5])
     acts = [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, LOOKS))]
     assert acts == [44, 88, 44, 88]
-    assert [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, CONSTANT))] == [*best_constant(), best_constant().striker]
+    assert [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, CONSTANT))] == [1, 88, 44, 44]
     strikers = np.full(2000, 2)
     blind = np.array(BEHAVIOURS)[choose(at([0.5] * 1000 + [-0.5] * 1000), strikers, np.full(2000, BLIND))]
     for seen in (blind[:1000], blind[1000:]):
@@ -66,14 +65,14 @@ def test_what_a_second_is_worth():
     """An effect is found in the role that has it, within its interval; where there is none, none is earned."""
     rows = drawn({"goalkeeper": 0.0, "midfield": 0.02, "striker": -0.02})
     found = {(row["way"], row["less"], row["role"]): row for row in differences(rows, TRIAL, ["role"]).iter_rows(named=True)}
-    for other in ("best-constant", "blind"):
+    for other in (WHOLE, "blind"):
         midfield, goalkeeper = found["looks", other, "midfield"], found["looks", other, "goalkeeper"]
         assert midfield["low"] < 0.02 < midfield["high"]
         assert goalkeeper["low"] < 0 < goalkeeper["high"]
     shares = {(row["way"], row["less"]): (row["surely_more"], row["surely_less"])
               for row in earned(rows, TRIAL, ["role"]).iter_rows(named=True)}
-    assert shares["looks", "best-constant"] == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
-    assert shares["blind", "best-constant"] == (0, 0)
+    assert shares["looks", WHOLE] == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
+    assert shares["blind", WHOLE] == (0, 0)
     few = differences(rows.head(1), TRIAL, ["role"])
     assert few["difference"].null_count() == few.height == 3
 

@@ -28,6 +28,7 @@ from flows.commands.printing import bars, console, print_frame, print_json, prin
 from flows.evaluations import evaluate
 from flows.placement.places import crew_at
 from flows.progress import listener
+from flows.teams import entrant
 from pipeline.arena.match.recipe import slug
 from pipeline.arena.teams.panel import PANEL
 from pipeline.errors import BadSettings
@@ -40,12 +41,9 @@ from schemas.evaluations import minutes_of, word_of
 #: Options: the team that is measured, and its opponent.
 WhoIsMeasured = Annotated[str, Parameter(help=f"Team to measure: {TEAM_WORDS}.")]
 Against = Annotated[str, Parameter(help=(
-    f"Opponent (default: static): {TEAM_WORDS}. If a team plays itself, its home side is measured, and each "
-    "match has its own seed: this measures the arena."
-))]  # fmt: skip
-#: Option: all opponents of the panel, in one table.
-Panel = Annotated[bool, Parameter(negative="", help=(
-    f"Measure against each opponent of the panel, with the same seeds: {', '.join(PANEL)}."
+    f"Opponent: {TEAM_WORDS}. If a team plays itself, its home side is measured, and each match has its own "
+    "seed: this measures the arena. If none is given, the panel plays, all with the same seeds: "
+    f"{', '.join(PANEL)}."
 ))]  # fmt: skip
 
 
@@ -53,7 +51,6 @@ def evaluate_team(
     *,
     policy: WhoIsMeasured = "learned",
     against: Against | None = None,
-    panel: Panel = False,
     matches: Many = 200,
     seed: Seed = 0,
     playing: Playing = AS_USUAL,
@@ -67,8 +64,7 @@ def evaluate_team(
 
     Args:
         policy: Team to measure.
-        against: Opponent (default: static).
-        panel: Whole panel as opponents.
+        against: One opponent. The options of learners are its, too; those of the panel play as they are.
         matches: Number of matches, even. Matches that were played before are not played again.
         seed: Seed of the first pair of matches; each later pair has the next seed.
         playing: How the matches are played.
@@ -82,13 +78,12 @@ def evaluate_team(
     if matches % 2:
         raise BadSettings(f"{matches} matches do not come in pairs", where="--matches",
                           next_step=f"Ask for {matches + 1}")
-    if panel and against is not None:
-        raise BadSettings("the panel has its own opponents", where="--panel",
-                          next_step="Leave out --panel, or --against")
     store = common.store
     how = playing.matches(store)
-    (team, *opponents), policies = learners.entrants(
-        store, policy, *(PANEL if panel else (against or "static",)))
+    panel = against is None
+    (team, *opponents), policies = learners.entrants(store, policy, *([] if against is None else [against]))
+    if panel:
+        opponents = [entrant(store, word, policies) for word in PANEL]
     seeds = range(seed, seed + matches // 2)
     evaluations = [Evaluation(**how.of_match(), team=team, opponent=opponent) for opponent in opponents]
     with crew_at(on, store.root) as crew, bars() as progress:

@@ -131,7 +131,7 @@ class Learners:
     interrupts: bool | None = None
     begin_ended: bool | None = None
 
-    def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
+    def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], dict[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.
 
         Each team gets those of the options that its kind has.

@@ -48,7 +48,7 @@ def report(
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),
                     "compared": _compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),
-                    "kick_offs": kick_offs(games, PAPER).to_dicts(),
+                    "kick_offs": kick_offs(games).to_dicts(),
                     "sensitivity": sensitivity(games, growth, PAPER).to_dicts(),
                     "measured": measured(games, evaluations).to_dicts(), "left_out": left_out,
                     "preferences": prefer.to_dicts(), "note": note_on(*games["opponent"].unique())})
@@ -76,7 +76,7 @@ def report(
     if export:
         _export(store, receipt, {"games": games, "growth": growth, "evaluations": evaluations,
                                  "claims": claims, "preferences": prefer,
-                                 "kick-offs": kick_offs(games, PAPER),
+                                 "kick-offs": kick_offs(games),
                                  "sensitivity": sensitivity(games, growth, PAPER)}, export)
         if not json:
             console().print(f"{export}: written", soft_wrap=True)

@@ -1,12 +1,14 @@
 """Which three codes make the best constant team against the static team? Searches by successive halving, and a final.
 
 ``PYTHONPATH=tests python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant``
-(a quarter of an hour; two processes) writes the file that the team best-constant plays from, and what was played.
+(ten minutes; two processes) writes the file that the team best-constant plays from, and what was played.
 
 A search has the laws and the time of play of an apprentice of the settings ``best``: 35 games and 3 further matches
-beside each, 140 matches of 8 minutes against the static team. One search is a lottery, so there are six, three with
-that apprentice's clock and three with the paper's. What they find, and ``constant:044``, then play 100 matches of
-8 minutes against the static team. All together is eleven times the play of an apprentice: that favours the control.
+beside each, 140 matches of 8 minutes against the static team. One search is a lottery, so there are nine: three with
+that apprentice's clock, three with the paper's, and three with one that is as quick as that of a team that looks. Such
+a team decides each 0.2 s; a constant team that decides when the ball is won or lost, when a role changes and when its
+action is over does so no later. What they find, and ``constant:044``, then play 100 matches of
+8 minutes against the static team. All together is 16 times the play of an apprentice: that favours the control.
 The seeds are used for nothing else.
 
 A search has four stages of the same time. The first compares the teams whose robots all take one code. Each later
@@ -27,7 +29,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from itertools import cycle
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import fmean
@@ -49,10 +50,14 @@ from pipeline.studies.seasons.settings import named
 _APPRENTICE = named("best")
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.
 BUDGET_MINUTES = _APPRENTICE.games * _APPRENTICE.matches_a_game * 8
-#: The clocks of the searches, in turn, by the settings that have them.
-CLOCKS = {"paper": PAPER, "best": _APPRENTICE.clock}
-#: Seeds of the first pair of matches of each search.
-FIRST_SEEDS = range(610_000_000, 670_000_000, 10_000_000)
+#: The clocks of the searches, by whose they are.
+CLOCKS = {"paper": PAPER, "best": _APPRENTICE.clock, "looks": ClockSettings(interrupts=True)}
+#: The searches: seed of the first pair of matches, and clock.
+SEARCHES = {
+    610_000_000: "paper", 630_000_000: "paper", 650_000_000: "paper",
+    620_000_000: "best", 640_000_000: "best", 660_000_000: "best",
+    680_000_000: "looks", 690_000_000: "looks", 700_000_000: "looks",
+}
 #: Seeds of the pairs of the final.
 FINAL_SEEDS = range(670_000_000, 670_000_050)
 #: What is chosen in each stage.
@@ -147,7 +152,7 @@ def main(path: Path, out: Path) -> None:
         def play_all(clock: ClockSettings, referee: RefereeSettings, jobs: Iterable[Job]) -> Iterable[float]:
             return pool.map(partial(difference, clock=clock, referee=referee), jobs, chunksize=4)
 
-        for seed, clock in zip(FIRST_SEEDS, cycle(CLOCKS)):
+        for seed, clock in SEARCHES.items():
             rounds = list(search(CODES, BUDGET_MINUTES, seed, partial(play_all, CLOCKS[clock], _MINUTE)))
             searches[seed, clock] = rounds
         entered = [(_NAMED, "paper"), *((team_of(rounds), clock) for (_, clock), rounds in searches.items())]

@@ -66,6 +66,8 @@ from schemas.sights import SIGHT
 #: Seeds of the logged matches.
 LOGGED = range(2_100_000, 2_100_004)
 STATIC, CONSTANT = "static", "best-constant"
+#: Column of decisions.csv: share of time that is earned (:func:`earned`).
+EARNED = "earned share"
 #: What each role does best for a second among robots that look: ``make trial`` searched for it.
 FOR_A_SECOND = "constant:021/044/044"
 USUAL = MatchSettings(referee=RefereeSettings(duration_s=480.0))
@@ -178,7 +180,7 @@ ARMS: dict[str, list[Arm]] = {
         WATCHED.panel._replace(name="actions shuffled in training", opponents=(STATIC,), trained="looking-shuffled")],
     ALL.season: [
         *ALL.arms,
-        ALL.panel._replace(name="all actions offered, sights drawn in training", opponents=(STATIC, CONSTANT),
+        ALL.panel._replace(name="all actions offered, sights drawn in training", opponents=(STATIC,),
                            trained="looking-drawn", seasons=range(2041, 2046))],
     HELD.season: [
         *HELD.arms,
@@ -259,13 +261,14 @@ def _aim(name: str, needed: float, values: Sequence[float], least: float = -np.i
     return Aim(name, needed, float(np.mean(values)), low, high, least)
 
 
-def aims(found: pl.DataFrame, learner: Learner, control: pl.DataFrame) -> Iterator[Aim]:
+def aims(found: pl.DataFrame, learner: Learner, control: pl.DataFrame, decided: pl.DataFrame) -> Iterator[Aim]:
     """The aims of a learner's apprentices.
 
     Args:
         found: results.csv.
         learner: theirs.
         control: pairs of the best constant team against static, on the same seeds.
+        decided: decisions.csv.
     """
 
     def means(arm: Arm, opponent: str = STATIC) -> list[float]:
@@ -282,6 +285,7 @@ def aims(found: pl.DataFrame, learner: Learner, control: pl.DataFrame) -> Iterat
     yield _aim("4. loses when it is blind", 0.0, lost, least=3.0)
     for arm in (*learner.noisy, learner.late):
         yield _aim(f"5. beats static, {arm.name}", 0.0, means(arm))
+    yield _aim("6. earns half of its time, by its own log (a share)", 0.5, decided[EARNED].to_list())
 
 
 def described(store: Store, word: str) -> dict[str, object]:
@@ -298,7 +302,7 @@ def described(store: Store, word: str) -> dict[str, object]:
     decided = pl.concat(made).join(pl.concat(seen), on=("match_id", "team", "robot", "t_ns"), maintain_order="left")
     return {
         "team": word, "decisions": decided.height, "two frames or fewer": _brief(decided),
-        "bits of sight in the action": information(decided), "earned share": earned(player.store, decided)}
+        "bits of sight in the action": information(decided), EARNED: earned(player.store, decided)}
 
 
 def _brief(decided: pl.DataFrame) -> float:
@@ -394,12 +398,13 @@ def played(store: Store, learner: Learner, crew: Crew) -> dict[str, pl.DataFrame
         for arm in ARMS[learner.season] for word in arm.words for opponent in arm.opponents])
     controls = {(word, arm.name, opponent): measured(store, word, arm, opponent, crew)
                 for word, arm in CONTROLS[learner.season] for opponent in arm.opponents}
-    reached = aims(results, learner, controls[CONSTANT, learner.panel.name, STATIC])
+    decided = pl.DataFrame([described(store, word) for word in learner.panel.words])
+    reached = aims(results, learner, controls[CONSTANT, learner.panel.name, STATIC], decided)
     return {
         "results": results,
         "controls": pl.DataFrame([row(*who, pairs) for who, pairs in controls.items()]),
         "aims": pl.DataFrame([aim._asdict() | {"reached": aim.reached} for aim in reached]),
-        "decisions": pl.DataFrame([described(store, word) for word in learner.panel.words]),
+        "decisions": decided,
     }
 
 

@@ -3,7 +3,7 @@
 ``PYTHONPATH=tests python -m studies.sensitivity data/studies/sensitivity DATA``
 
 DATA is the data folder in which the seasons were played (``make sensitivity``). The page has a row for each
-change and opponent, and says how much of Table 3 is kick-offs. Three seasons show only large differences.
+change and opponent. Three seasons show only large differences.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from flows.report import sources, tables
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE
 from pipeline.studies.seasons.claims import PAPER
-from pipeline.studies.seasons.kickoffs import kick_offs
-from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
+from pipeline.studies.seasons.sections import about_sensitivity
 from pipeline.studies.seasons.sensitivity import sensitivity, varied
 from schemas import STAND_IN
 
@@ -34,12 +33,11 @@ def main(folder: Path, data: Path) -> None:
     games, growth = games.filter(last), growth.filter(last)
     folder.mkdir(parents=True, exist_ok=True)
     rows.write_csv(folder / "sensitivity.csv", float_precision=4)
-    kick_offs(games, PAPER).write_csv(folder / "kick-offs.csv", float_precision=4)
     text = "\n\n".join((
         "# Sensitivity: the paper's seasons with one setting changed",
-        (f"Made by {RELEASE} with `make sensitivity`. Intervals are 95 % intervals (Student) over seasons. Each"
+        (f"Made by {RELEASE} with `make sensitivity` (40 minutes on two free cores). Intervals are 95 % intervals (Student) over seasons. Each"
          " is one by itself: one in twenty differs by chance."),
-        f"**{STAND_IN}.**", *about_sensitivity(games, growth), *about_kick_offs(games),
+        f"**{STAND_IN}.**", *about_sensitivity(games, growth),
     ))
     (folder / "README.md").write_text(f"{text}\n", encoding="utf-8")
 

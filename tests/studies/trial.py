@@ -4,15 +4,15 @@
 folder is not played again) plays the apprentices of ``looking-all`` and ``looking-held`` of that data folder against the
 static team; if one of them is named after DATA, that one, and the rows of the other stay as they are.
 For each robot and second of a match the lot decides between ways to act: it looks (its policy, each 0.2 s); it does
-what a constant team does in its role; or it is blind, and its policy looks at what a robot of its role saw at another
-moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V at the start.
-All else is alike: the ways of one match differ by nothing but the lot. So the differences of their means are what a
-second of looking is worth. A log cannot say this: there an action was chosen where it seemed good.
+what the constant team 001/088/044 does in its role; or it is blind, and its policy looks at what a robot of its role
+saw at another moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V
+at the start. All else is alike: the ways of one match differ by nothing but the lot. So the differences of their means
+are what a second of looking is worth. A log cannot say this: there an action was chosen where it seemed good.
 
-best-constant is the best in whole matches, and three robots do it at once. For a second, among robots that look, a
-role may have a better constant. So for ``looking-held`` there is a search first: half of the seconds have a behaviour
-by lot, the same for all, and each role's best six are played again. The best of these stands beside looking and
-best-constant in a trial of its own. Search and trial have seeds of their own.
+That team was the best found in whole matches when this was written, where three robots do it at once. For a second,
+among robots that look, a role may have a better constant. So for ``looking-held`` there is a search first: half of the
+seconds have a behaviour by lot, the same for all, and each role's best six are played again. The best of these stands
+beside looking and that team in a trial of its own. Search and trial have seeds of their own.
 
 V is the model that the package ships; it has not seen these matches. Seconds are the independent observation, because
 each has a lot of its own; intervals are Welch's.
@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.looking import ALL, CONSTANT, HELD, STATIC, Learner, cells, learners_of, replaced
+from studies.looking import ALL, HELD, STATIC, Learner, cells, learners_of, replaced
 from studies.peers.playing import STEP_S, pitch_of
 from studies.peers.worth import Worth
 
@@ -54,6 +54,8 @@ from schemas import ROLES
 from schemas.sights import SIGHT
 
 LOOKS, BLIND = "looks", "blind"
+#: The constant team that was the best in whole matches when the trials were written.
+WHOLE = "constant:001/088/044"
 
 
 class Trial(NamedTuple):
@@ -76,13 +78,13 @@ class Trial(NamedTuple):
 
 
 def _blinded(first_seed: int) -> Trial:
-    return Trial((LOOKS, CONSTANT, BLIND), range(first_seed, first_seed + 100),
-                 ((LOOKS, CONSTANT), (LOOKS, BLIND), (BLIND, CONSTANT)))
+    return Trial((LOOKS, WHOLE, BLIND), range(first_seed, first_seed + 100),
+                 ((LOOKS, WHOLE), (LOOKS, BLIND), (BLIND, WHOLE)))
 
 
 def against(best: Constant) -> Trial:
     """The trial beside each role's best constant for a second."""
-    return Trial((LOOKS, best.word, CONSTANT), range(2_750_000, 2_750_100), ((LOOKS, best.word), (best.word, CONSTANT)))
+    return Trial((LOOKS, best.word, WHOLE), range(2_750_000, 2_750_100), ((LOOKS, best.word), (best.word, WHOLE)))
 
 
 #: The first trial, by the settings of the seasons.

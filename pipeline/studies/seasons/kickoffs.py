@@ -13,6 +13,7 @@ import polars as pl
 
 from pipeline.studies.document import number
 from pipeline.studies.seasons import table3
+from pipeline.studies.seasons.claims import PAPER, WITHOUT_SCORE
 from pipeline.studies.seasons.measures import OTHER, Pooling, pooled, seasons_of
 from schemas import called
 from schemas.decisions import FIRST_S
@@ -23,6 +24,10 @@ _KICK_OFFS = pl.col("goals_for").cast(pl.Int64) + pl.col("goals_against") + 1
 _OTHER, _ALL = pl.col("other_actions").sum(), pl.col("actions").sum()
 _FIRST_OTHER, _FIRST = pl.col("first_other_actions").sum(), pl.col("first_actions").sum()
 
+#: Settings whose learned actions are taken apart: the paper's, and those whose key has no score.
+SETTINGS = (PAPER, WITHOUT_SCORE)
+
+_KEY = ("settings", "opponent")
 #: Columns of :func:`kick_offs`: the value over the games of one season, and how seasons are pooled.
 MEASURES: dict[str, tuple[pl.Expr, Pooling]] = {
     "other": (100 * _OTHER / _ALL, "percent"),
@@ -47,35 +52,35 @@ def begins(opponent: str) -> int:
     return table3.CHANGE if opponent == "static" else 2
 
 
-def kick_offs(games: pl.DataFrame, settings: str) -> pl.DataFrame:
+def kick_offs(games: pl.DataFrame) -> pl.DataFrame:
     """What of the learned actions of seasons is kick-offs.
 
     Args:
         games: schema Games.
-        settings: name of the seasons' settings.
 
     Returns:
-        One row for each of the paper's opponents that was played: opponent, first and last (game, of the
-        shortest season), seasons, and for each of :data:`MEASURES` its mean over the seasons with the ends
-        of its 95 % interval (``_low``, ``_high``); null where it is not defined. ``r`` is the correlation of
-        the share of learned actions with goals + 1, game by game.
+        One row for each of :data:`SETTINGS` and each opponent of the paper that was played: settings,
+        opponent, first and last (game, of the shortest season), seasons, and for each of :data:`MEASURES` its
+        mean over the seasons with the ends of its 95 % interval (``_low``, ``_high``); null where it is not
+        defined. ``r`` is the correlation of the share of learned actions with goals + 1, game by game.
     """
     rows = []
     for (name, opponent), seasons in seasons_of(games).items():
         first = begins(opponent)
         played = [season.games.filter(pl.col("game") >= first) for season in seasons]
-        if name != settings or table3.column_of(opponent) is None or not all(map(len, played)):
+        if name not in SETTINGS or table3.column_of(opponent) is None or not all(map(len, played)):
             continue
-        row: dict[str, object] = {"opponent": opponent, "first": first, "seasons": len(played),
-                                  "last": min(own["game"][-1] for own in played)}
+        row: dict[str, object] = {
+            "settings": name, "opponent": opponent, "first": first, "seasons": len(played),
+            "last": min(own["game"][-1] for own in played)}
         for column, (value, pooling) in MEASURES.items():
             estimate, _ = pooled((_of(own, value) for own in played), pooling)
             row |= dict(zip((column, f"{column}_low", f"{column}_high"), estimate, strict=True))
         rows.append(row)
     names = [f"{column}{end}" for column in MEASURES for end in ("", "_low", "_high")]
-    types = {"opponent": pl.String(), "first": pl.Int64(), "last": pl.Int64(), "seasons": pl.Int64(),
+    types = {**dict.fromkeys(_KEY, pl.String()), **dict.fromkeys(("first", "last", "seasons"), pl.Int64()),
              **dict.fromkeys(names, pl.Float64())}
-    return pl.DataFrame(rows, schema=types).with_columns(pl.col(names).fill_nan(None)).sort("opponent")
+    return pl.DataFrame(rows, schema=types).with_columns(pl.col(names).fill_nan(None)).sort(_KEY)
 
 
 def _of(games: pl.DataFrame, value: pl.Expr) -> float:
@@ -87,27 +92,32 @@ def _of(games: pl.DataFrame, value: pl.Expr) -> float:
 
 
 def conclusions(rows: pl.DataFrame) -> Iterator[str]:
-    """What follows for the paper's own table, some sentences for each row of :func:`kick_offs`."""
+    """What follows for the paper's own table: a paragraph for each row of :func:`kick_offs`."""
     for row in rows.drop_nulls("in_first").iter_rows(named=True):
         column = table3.column_of(row["opponent"])
         assert column is not None, row
         paper = table3.games(column).filter(pl.col("game") >= row["first"])
         others = float(paper["other_actions"].mean())  # type: ignore[arg-type]
         needed = others / row["each"]
-        yield (
-            f"Against {called(row['opponent'])}, {number(row['in_first'])} % of our learned actions fall in"
-            f" the first second of an episode. There are {number(row['each'])} of them for each kick-off.")
+        first = number(row["in_first"])
+        said = [
+            f"With `{row['settings']}` against {called(row['opponent'])}:",
+            f"{first} % of our learned actions fall in the first second of an episode.",
+            f"There are {number(row['each'])} of them for each kick-off."]
         if (row["r_low"] or 0.0) > 0.0:
-            yield f"Goals + 1 accounts for {number(100 * row['r'] ** 2)} % of their variance over games."
-        if not (row["each_low"] or 0.0) > 0.0:
-            yield "They are too few to say anything of the paper's column."
-            continue
-        yield (
-            f"At that rate the paper's {number(others)} learned actions a game (from game {row['first']} on)"
-            f" are {number(needed)} kick-offs, one each {number(_GAME_S / needed)} s.")
+            explained = number(100 * row["r"] ** 2)
+            said.append(f"Goals + 1 accounts for {explained} % of their variance over games.")
+        if (row["each_low"] or 0.0) > 0.0:
+            said.append(
+                f"At that rate the paper's {number(others)} learned actions a game (from game {row['first']}"
+                f" on) are {number(needed)} kick-offs, one each {number(_GAME_S / needed)} s; ours have"
+                f" {number(row['kick_offs'])}.")
+        else:
+            said.append("They are too few to say anything of the paper's column.")
+        yield " ".join(said)
 
 
 #: What the paper's table cannot tell, whatever we measure.
 NOT_TOLD = (
-    "The paper gives no goals of these games. So its 3 to 4 % can be kick-offs, learned play, or both: the"
-    " table alone does not tell.")
+    "The paper gives no goals of these games. So its 3 to 4 % against the static team, and its 2.50 % against"
+    " people, can be kick-offs, learned play, or both: the table alone does not tell.")

@@ -126,6 +126,8 @@ class SeasonsReport:
                  if PERSON in self.games["opponent"] else "These commands make the study again:")
         yield again
         yield code((*commands(self.games), *evaluating(self.games, self.evaluations), "pitchlore report"))
+        yield ("In a checkout, `make seasons` runs all commands of the study that comes with Pitchlore. It "
+               "takes about three hours on two free cores.")
 
     def _people(self) -> str:
         """What stands beside the paper's human column, and what it is evidence of."""
@@ -164,8 +166,9 @@ class SeasonsReport:
             f"measured by its evaluations and by its games {LATE[0]} to {LATE[1]}. The interval of a rate "
             f"is {_OF_RATES.format('its games or matches')}. `{BEST}` spends all its time from game 2 on in "
             "learned behaviours. This holds by construction: its key has one state per role, which it knows. "
-            "A constant team's time all counts as learned, too. The number of actions in a game holds by "
-            "construction as well: nearly all are \"moves randomly\", which lasts 0.4 s by our choice.")
+            "A constant team's time all counts as learned, too. To win against the random team takes no "
+            "learning either: constant teams do. The number of actions in a game holds by construction as "
+            "well: nearly all are \"moves randomly\", which lasts 0.4 s by our choice.")
         head = ("item", "claim", "seasons of", "quantity", "claimed", "paper's table", "measured", "seasons",
                 "verdict")
         rows = [
@@ -290,9 +293,9 @@ def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
         panel = PANEL if set(PANEL) <= set(words) else ()
         seed = "" if first == 0 else f" --seed {first}"
         minutes = "" if seconds == RefereeSettings().duration_s else f" --minutes {minutes_of(seconds)}"
-        others = (f"--against {word}" for word in words if word not in panel)
-        for whom in (*(["--panel"] if panel else []), *others):
-            yield f"pitchlore evaluate --policy {team} {whom} --matches {matches}{seed}{minutes}"
+        others = (f" --against {word}" for word in words if word not in panel)
+        for whom in (*([""] if panel else []), *others):  # the panel is who plays if nobody is named
+            yield f"pitchlore evaluate --policy {team}{whom} --matches {matches}{seed}{minutes}"
 
 
 def _ablated(rows: pl.DataFrame) -> str:

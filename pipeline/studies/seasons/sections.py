@@ -8,7 +8,7 @@ import polars as pl
 
 from pipeline.studies.document import interval, number, table
 from pipeline.studies.seasons import kickoffs
-from pipeline.studies.seasons.claims import PAPER
+from pipeline.studies.seasons.claims import PAPER, WITHOUT_SCORE
 from pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
 from pipeline.studies.seasons.sensitivity import HEADINGS, sensitivity, variations
 from schemas import called
@@ -16,17 +16,18 @@ from schemas import called
 
 def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
     """Paragraphs on how much of Table 3 is kick-offs, from schema Games; none without the paper's seasons."""
-    rows = kick_offs(games, PAPER)
+    rows = kick_offs(games)
     if not rows.height:
         return
     yield "## What of Table 3 is kick-offs"
     yield (
-        f"The seasons of `{PAPER}`, from the first game on in which their column of Table 3 has learned "
-        "actions. Robots decide anew at each kick-off and other restart; the first second after one is "
-        "counted by itself. A state is of one role. The correlation is of the share with goals + 1, the "
-        "number of kick-offs after goals and at the start.")
-    yield estimates(rows, kickoffs.HEADINGS, ("opponent", "seasons", "first", "last"))
-    yield " ".join((*conclusions(rows), NOT_TOLD))
+        f"The seasons of `{PAPER}`, and of `{WITHOUT_SCORE}`, whose key has no score, from the first game on "
+        "in which their column of Table 3 has learned actions. Robots decide anew at each kick-off and other "
+        "restart; the first second after one is counted by itself. A state is of one role. The correlation "
+        "is of the share with goals + 1, the number of kick-offs after goals and at the start.")
+    yield estimates(rows, kickoffs.HEADINGS, ("settings", "opponent", "seasons", "first", "last"))
+    yield "\n".join(f"- {said}" for said in conclusions(rows))
+    yield NOT_TOLD
 
 
 def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str]:
