@@ -1,13 +1,14 @@
 """Print what `make bench` measured as ratios: ours against each alternative of its group.
 
 A benchmark says in ``extra_info`` how many ``units`` of work it did (``unit`` names them), else its time is
-shown; one whose name holds ``ours`` is the one that the others of its group are compared with. The
+shown; one whose name holds the word ``ours`` is the one that the others of its group are compared with. The
 ``imports`` of a command are named beside it, in milliseconds.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections import defaultdict
 from pathlib import Path
@@ -19,6 +20,11 @@ def rate(benchmark: dict[str, Any]) -> float:
     return float(benchmark["extra_info"].get("units", 1)) / float(benchmark["stats"]["min"])
 
 
+def is_ours(benchmark: dict[str, Any]) -> bool:
+    """Whether its name holds the word ours (and not behaviours)."""
+    return re.search("(?<![a-z])ours(?![a-z])", benchmark["name"]) is not None
+
+
 def main(path: str) -> None:
     """Print a Markdown table of a pytest-benchmark JSON file."""
     groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
@@ -26,9 +32,9 @@ def main(path: str) -> None:
         groups[benchmark["group"] or benchmark["name"]].append(benchmark)
     print("| what | who | rate | ours is |\n|---|---|---|---|")
     for group, members in sorted(groups.items()):
-        ours = max((rate(b) for b in members if "ours" in b["name"]), default=None)
+        ours = max((rate(b) for b in members if is_ours(b)), default=None)
         for benchmark in sorted(members, key=rate, reverse=True):
-            ratio = "" if ours is None or "ours" in benchmark["name"] else f"{ours / rate(benchmark):,.2f}×"
+            ratio = "" if ours is None or is_ours(benchmark) else f"{ours / rate(benchmark):,.2f}×"
             test, _, case = benchmark["name"].removeprefix("test_").partition("[")
             name = case.removesuffix("]") or test.replace("_", " ")
             print(f"| {group} | {name}{_imports(benchmark)} | {_shown(benchmark)} | {ratio} |")
