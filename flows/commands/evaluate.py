@@ -81,9 +81,9 @@ def evaluate_team(
     store = common.store
     how = playing.matches(store)
     panel = against is None
-    (team, *opponents), policies = learners.entrants(store, policy, *([] if against is None else [against]))
-    if panel:
-        opponents = [entrant(store, word, policies) for word in PANEL]
+    words = [policy] if against is None else [policy, against]
+    (team, *opponents), policies = learners.entrants(store, *words)
+    opponents = opponents or [entrant(store, word, policies) for word in PANEL]
     seeds = range(seed, seed + matches // 2)
     evaluations = [Evaluation(**how.of_match(), team=team, opponent=opponent) for opponent in opponents]
     with crew_at(on, store.root) as crew, bars() as progress:
