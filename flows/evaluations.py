@@ -33,7 +33,7 @@ def evaluate(
         store: store of the results.
         evaluation: settings of the evaluation.
         seeds: seeds of the pairs, each once.
-        policies: rows of schema Policies, by the label in the teams' settings.
+        policies: by the label in the teams' settings.
         crew: those who play.
 
     Returns:

@@ -83,12 +83,17 @@ def entrant(
 
 
 def playing(team: Entrant, **options: Unpack[Options]) -> Entrant:
-    """A learned team that plays by options."""
+    """A learned team that plays by options.
+
+    Raises:
+        BadSettings: if an option does not exist, or its value does not fit.
+    """
     given = {name: value for name, value in options.items() if value is not None}
     clock = {name: given.pop(name) for name in ClockSettings.model_fields if name in given}
     settings = team.settings.model_dump() | given
     settings["clock"] = team.settings.clock.model_dump() | clock
-    return team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
+    plays = fitted(TeamSettings, settings, where=team.name, keys="See flows.teams.Options")
+    return team.model_copy(update={"settings": plays})
 
 
 def learned_team(data: str | Path, word: str, **options: Unpack[Options]) -> LearnedTeam:
@@ -100,7 +105,7 @@ def learned_team(data: str | Path, word: str, **options: Unpack[Options]) -> Lea
         options: how it plays.
 
     Raises:
-        BadSettings: if the word names no such team.
+        BadSettings: if the word names no such team, or an option does not fit.
         NotFound: if the policy does not exist, or if the season has none yet.
     """
     policies: dict[str, PolicyTables] = {}

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from studies.peers import playing
 from studies.peers.network import Network, load
-from studies.peers.playing import played
+from studies.peers.playing import chooser, played
 from studies.peers.tables import curve, learners, markdown
 from studies.peers.teams import OURS, STATIC
 
@@ -34,13 +34,15 @@ def test_played(tmp_path, monkeypatch):
     """A network plays pairs of matches once; what was played is there the next time, and no other team's."""
     path = tmp_path / "network.npz"
     Network((np.zeros((33, 32), dtype=np.float32),), (np.eye(32, dtype=np.float32)[0],), "relu").save(path)
-    found = played(str(path), "best-constant", [3], tmp_path)
+    choose = chooser(str(path), 3)
+    found = played("one", choose, "best-constant", [3], tmp_path)
     assert found.columns == ["seed", "difference"]
     assert found["difference"].item() < 0, "it does the same all the time"
     monkeypatch.setattr(playing, "differences", lambda *_: pytest.fail("it has played that"))
-    assert played(str(path), "best-constant", [3], tmp_path).equals(found)
-    assert played(str(path), "best-constant", [4], tmp_path, there=True).is_empty()
-    assert played(str(path), "constant:044", [3], tmp_path, there=True).is_empty()
+    assert played("one", choose, "best-constant", [3], tmp_path).equals(found)
+    assert played("one", choose, "best-constant", [4], tmp_path, there=True).is_empty()
+    assert played("one", choose, "constant:044", [3], tmp_path, there=True).is_empty()
+    assert played("other", choose, "best-constant", [3], tmp_path, there=True).is_empty()
 
 
 def results():
@@ -74,7 +76,7 @@ def test_curve():
     lines = curve(learners(results())).splitlines()
     assert lines[0] == f"| against static after | ppo | {OURS} | dqn |"
     assert lines[2].startswith("| 140 matches | +5.0 [−")
-    assert "| +3.0 [−9.0, 9.0] |" in lines[2]
+    assert "| +3.0 [−9.0, 9.0]† |" in lines[2], "of one training"
     assert len(lines) == 4
 
 

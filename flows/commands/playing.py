@@ -32,8 +32,8 @@ TEAM_WORDS = (
 #: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]
 
-#: Seed of the first of many matches: the last one's, too, is an integer of 64 bits.
-Seed = Annotated[int, Parameter(validator=Number(gte=0, lte=1 << 62))]
+#: Seed of the first of many matches. Twice the last one's, of an evaluation, is an integer of 64 bits.
+Seed = Annotated[int, Parameter(validator=Number(gte=0, lte=1 << 61))]
 #: Number of matches.
 Many = Annotated[int, Parameter(validator=Number(gte=1, lte=1_000_000))]
 

@@ -151,6 +151,11 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         """The match that is played; there is none before the first reset."""
         return self._played.match
 
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """The teams whose robots are agents, 0 home, 1 away."""
+        return self._sides.driven
+
     def observation_space(self, agent: str) -> spaces.Space[F32]:
         """The agent's observations: float32 [14 N + 7], or [33] of sights; always the same object."""
         return self.observation_spaces[agent]

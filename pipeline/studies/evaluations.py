@@ -28,6 +28,11 @@ from schemas.decisions import BRIEF_FRAMES
 _FIRST_SEED = 2_000_000_000
 
 
+def match_seed(seed: int) -> int:
+    """The seed of both matches of a pair; a team against itself has the next in its second match."""
+    return _FIRST_SEED + 2 * seed
+
+
 class Entrant(Frozen):
     """A team in an evaluation.
 
@@ -82,7 +87,7 @@ class Pair(Frozen):
     def matches(self) -> Iterator[tuple[int, Recipe]]:
         """Side of the measured team (0 home, 1 away) and recipe, of both matches."""
         whole = self.evaluation
-        seeds = [_FIRST_SEED + 2 * self.seed + (match if whole.of_itself else 0) for match in range(2)]
+        seeds = [match_seed(self.seed) + (match if whole.of_itself else 0) for match in range(2)]
         sides = (HOME, HOME if whole.of_itself else AWAY)
         for side, seed in zip(sides, seeds, strict=True):
             home, away = (whole.team, whole.opponent) if side == HOME else (whole.opponent, whole.team)
@@ -94,7 +99,7 @@ def play(pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
 
     Args:
         pair: the pair.
-        policies: rows of schema Policies, by the label in the teams' settings.
+        policies: by the label in the teams' settings.
 
     Returns:
         Two rows of schema Evaluations.

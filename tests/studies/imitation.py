@@ -7,7 +7,8 @@ An apprentice learns how its actions change the chance to score. There are two w
 In ``looking-imitates`` it also appraises actions that it has not tried, by what it saw the adversary's robots do.
 In ``looking`` it is offered only the actions that it saw them do. In ``looking-all`` it watches nothing but itself,
 and all 31 actions are offered, as in ``looking-imitates``. The gain is the difference of the areas under their
-learning curves: the mean goal difference over the 14 counted games of a season, of which each follows nine others.
+learning curves: the mean goal difference over the 14 counted matches of a season. Each is the first match of a game of
+ten: that of game n is played by what was learned from 10 (n - 1) matches.
 The seasons are paired by seed, and the interval is Student's over the ten pairs. The aim, written before these
 seeds were played: a lower bound above 0. The settings were chosen on other seeds (2101 to 2103 and 901 to 914).
 

@@ -108,8 +108,10 @@ def judged(described: list[dict[str, float]], teams: list[str], *, scaled: bool)
 
 
 def command(*words: str) -> None:
-    """Run a pitchlore command."""
-    subprocess.run([str(Path(sys.executable).with_name("pitchlore")), *words], check=True, capture_output=True)
+    """Run a pitchlore command; what it says is said if it fails, and ends the study."""
+    done = subprocess.run([str(Path(sys.executable).with_name("pitchlore")), *words], capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"pitchlore {' '.join(words)}: {done.stderr or done.stdout}")
 
 
 def play(folder: str, matches: int) -> dict[str, str]:

@@ -37,12 +37,12 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 from studies.looking import ALL, HELD, STATIC, Learner, cells, learners_of, replaced
-from studies.peers.playing import STEP_S, pitch_of
+from studies.peers.playing import STEP_S, Observed, pitch_of
 from studies.peers.worth import Worth
 
 from flows.teams import apprentice, labelled
+from pipeline import arena
 from pipeline.arena.env import BEHAVIOURS, ParallelMatch
-from pipeline.arena.match.environment import Side
 from pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
 from pipeline.arena.teams.clock import PAPER
 from pipeline.arena.teams.constant import Constant, clock_of, constant
@@ -50,7 +50,7 @@ from pipeline.state.sight import see_from
 from pipeline.statistics import mean_interval, welch
 from pipeline.store import Store
 from pipeline.store.receipts import digest
-from schemas import ROLES
+from schemas import ROLES, SIDES
 from schemas.sights import SIGHT
 
 LOOKS, BLIND = "looks", "blind"
@@ -95,7 +95,6 @@ _SEARCH = Trial((*[LOOKS] * len(_ALL_CODES), *_ALL_CODES), range(2_720_000, 2_72
 _FINALISTS, _FINAL_SEEDS = 6, range(2_730_000, 2_730_100)
 #: Steps of a second; matches that are played side by side; sights that a blind robot draws from.
 _SECOND, _PAIRS, _KEPT = round(1 / STEP_S), 10, 4096
-_SIDES: tuple[Side, Side] = ("home", "away")
 
 I64 = npt.NDArray[np.int64]
 F32 = npt.NDArray[np.float32]
@@ -150,12 +149,12 @@ class Seen(NamedTuple):
     roles: I64
 
     @classmethod
-    def of(cls, pitches: Sequence[ParallelMatch], observed: Sequence[dict[str, F32]]) -> Seen:
+    def of(cls, pitches: Sequence[ParallelMatch], observed: Sequence[Observed]) -> Seen:
         """What is seen in matches whose environments observed this."""
         vectors = np.array([list(each.values()) for each in observed])
         sights = np.empty((*vectors.shape[:2], len(SIGHT)), np.float32)
         for place, pitch in enumerate(pitches):
-            view = pitch.match.views[_SIDES.index(pitch.possible_agents[0].split("_")[0])]  # type: ignore[arg-type]
+            view = pitch.match.views[pitch.driven[0]]
             for robot in range(vectors.shape[1]):
                 see_from(view, robot + 1, pitch.settings.matches.pitch.goal_x, sights[place, robot])
         return cls(sights, vectors[:, :, len(SIGHT):].argmax(axis=2))
@@ -171,8 +170,8 @@ def seconds(appraiser: Appraiser, trial: Trial, seeds: Sequence[int]) -> pl.Data
     rng = np.random.default_rng(seeds[0])
     choose, worth = Chooser(appraiser, trial.ways, rng), Worth(1.0)
     tickets = np.array([trial.ways.index(ticket) for ticket in trial.tickets])
-    pitches = [pitch_of(STATIC, side) for _ in seeds for side in _SIDES]
-    each = np.repeat(seeds, len(_SIDES))
+    pitches = [pitch_of(STATIC, side) for _ in seeds for side in SIDES]
+    each = np.repeat(seeds, len(SIDES))
     seen = Seen.of(pitches, [pitch.reset(seed=int(seed))[0] for pitch, seed in zip(pitches, each, strict=True)])
     robots, found = seen.roles.shape[1], list[pl.DataFrame]()
     before = np.zeros(len(pitches), dtype=bool)
@@ -202,11 +201,11 @@ def seconds(appraiser: Appraiser, trial: Trial, seeds: Sequence[int]) -> pl.Data
 
 def played(data: Path, trial: Trial, word: str) -> pl.DataFrame:
     """The seconds of an apprentice; they are kept in the data folder."""
-    said = digest(json.dumps([trial.tickets, *map(constant, trial.ways)]).encode())[:12]
+    player = apprentice(Store(data), word)
+    policy, tables = labelled(player.store, player.manifest)
+    said = digest(json.dumps([policy, arena.VERSION, trial.tickets, *map(constant, trial.ways)]).encode())[:12]
     kept = data / "trial" / f"{word}-{trial.seeds.start}-{said}.parquet"
     if not kept.exists():
-        player = apprentice(Store(data), word)
-        _, tables = labelled(player.store, player.manifest)
         assert tables.appraisals is not None, "it looks"
         appraiser, _ = appraiser_of(tables.values, tables.appraisals)
         parts = [seconds(appraiser, trial, trial.seeds[at : at + _PAIRS]) for at in range(0, len(trial.seeds), _PAIRS)]

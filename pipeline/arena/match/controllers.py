@@ -265,11 +265,12 @@ class AppraisingController(_Deciding):
     ) -> None:  # fmt: skip
         self._appraiser, names = appraising.appraiser_of(values, appraisals)
         super().__init__(recipe, rng, names)
-        late = max(1, round(settings.blind_s / settings.clock_s)) if settings.blind_s else 0
+        hz = recipe.physics.hz
+        self._clock = max(1, round(settings.clock_s * hz))
+        self._hold = max(1, round(settings.explore_s * hz / self._clock))
+        late = max(1, round(settings.blind_s * hz / self._clock)) if settings.blind_s else 0
         self._memory = appraising.Memory.of(blind=settings.blind, late=late)
         self._whole, self._explore = radix("full36"), settings.explore
-        self._clock = max(1, round(settings.clock_s * recipe.physics.hz))
-        self._hold = max(1, round(settings.explore_s / settings.clock_s))
         self._held = np.zeros(recipe.robots, dtype=np.int64)
         self._next = 0
 

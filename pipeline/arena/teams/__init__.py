@@ -11,6 +11,9 @@ constant        teams whose robots take one behaviour again and again, and the b
 panel           the opponents that every team is measured against
 people          settings of the person of a human-like team
 learned         the team that plays a policy, laid out as a policy_table
+clock           when a team that plays a policy decides
+appraising      the team that looks: trees appraise its actions at what robots see
+predicting      bodies as they are now, for a team whose camera is late
 chosen          a team whose robots carry out what somebody chooses
 executors       a controller for each situation of Table 1
 goalkeeping     a goalkeeper on its line, where the ball will cross it

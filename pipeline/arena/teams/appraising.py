@@ -5,9 +5,9 @@ role; of equal ones it takes any. With probability ``explore`` it takes any of t
 before the next decision is begun anew: a goalkeeper that goes to its goal, and is there, stays. A robot that
 can choose none moves randomly.
 
-A blind team is the control: each robot acts on a sight that a robot of its role had before in the match. It
-is any of them, drawn anew for each decision, or that of so long ago. In the first way robots also change
-their minds more often than those that look.
+A blind team is the control: each robot acts on a sight that a robot of its role had in the match so far. It
+is any of them, the present one included, drawn anew for each decision; or that of so long ago. In the first
+way robots also change their minds more often than those that look.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ apprentice sees (30 numbers, and the role), decide at its clock (0.2 s), and cho
 robots have an action for. One network plays all robots of a team. The reward is goals; of ``-v`` it is goals, and
 the change of V (:mod:`studies.peers.worth`); ``cql-v`` learns the change of V a second later, as our learner does.
 Our apprentices are those of ``looking-held`` (:mod:`studies.looking`), which are offered the same behaviours.
-Matches have seeds of that study.
+All teams meet in matches of the same seeds, which are those of that study.
 
 Each library has an environment of its own: ``.venv-sb3`` and ``.venv-d3rlpy``, which ``make peers`` makes.
 """
@@ -21,14 +21,16 @@ import argparse
 import os
 import subprocess
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
 from multiprocessing import get_context
 from pathlib import Path
 
 from studies.looking import HELD
+from studies.looking import seasons as played_seasons
 from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
 from studies.peers.teams import (
+    GOING_ON,
     LONG,
     OFFLINE,
     ONCE,
@@ -38,22 +40,17 @@ from studies.peers.teams import (
     Team,
     measured,
     networks,
-    season_of,
     seeds_of,
     teams,
 )
-from studies.teams_apart import command
 
 from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
 
 
 def prepared(data: Path) -> None:
-    """Play the seasons of our apprentices that are missing."""
-    for seed in HELD.seasons:
-        if Store(data).receipt("seasons", season_of(seed)) is None:
-            command("season", "--settings", HELD.season, "--seed", str(seed), "--discard",
-                    "--data", str(data))
+    """Play the seasons of our apprentices to their ends."""
+    played_seasons([HELD.panel], data)
 
 
 def trainings(data: Path, minutes: float) -> Iterator[list[str]]:
@@ -81,7 +78,8 @@ def _logged(data: Path, seed: int) -> Path:
     path = data / "peers" / f"decisions-{seed}.npz"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
-        export(decisions_of(Store(data), season_of(seed)), path)
+        season = HELD.panel.words[HELD.seasons.index(seed)]
+        export(decisions_of(Store(data), season), path)
     return path
 
 
@@ -91,7 +89,7 @@ def jobs(data: Path) -> Iterator[tuple[Team, str]]:
     yield from ((team, STATIC) for team in there if team.player != STATIC)
     most = {team.learner: max(own.matches for own in there if own.learner == team.learner) for team in there}
     for team in there:
-        if team.matches in WHOLE or team.matches == most[team.learner]:
+        if team.learner != GOING_ON and (team.matches in WHOLE or team.matches == most[team.learner]):
             yield from ((team, opponent) for opponent in PANEL if opponent not in (STATIC, team.player))
 
 
@@ -111,8 +109,11 @@ def main() -> None:
         prepared(given.data)
         environment = os.environ | {"PYTHONPATH": "tests"}
         with ThreadPoolExecutor(given.processes) as trainers:
-            for done in [trainers.submit(subprocess.run, each, check=True, env=environment)
-                         for each in trainings(given.data, given.minutes)]:
+            begun = [trainers.submit(subprocess.run, each, check=True, env=environment)
+                     for each in trainings(given.data, given.minutes)]
+            wait(begun, return_when=FIRST_EXCEPTION)
+            trainers.shutdown(cancel_futures=True)  # nothing, unless one failed: then the others are not begun
+            for done in begun:
                 done.result()
     with ProcessPoolExecutor(given.processes, get_context("spawn")) as players:
         waiting = {players.submit(measured, given.data, team, opponent, pairs, given.only == "tables"): (team, opponent)

@@ -52,7 +52,9 @@ def export(decisions: pl.DataFrame, path: Path) -> None:
     last = decisions.select(pl.struct(_EPISODE).rle_id()).to_series()
     ends = (last != last.shift(-1)).fill_null(value=True).to_numpy()
     rewards = decisions["reward"].to_numpy().astype(np.float32)
-    np.savez(path, observations=observations,
+    aside = path.with_suffix(".part.npz")
+    np.savez(aside, observations=observations,
              actions=code.replace_strict(places, return_dtype=pl.Int64).to_numpy(), rewards=rewards,
              changes=decisions["change"].fill_null(0.0).to_numpy().astype(np.float32),
              terminals=ends & (rewards != 0), timeouts=ends & (rewards == 0))
+    aside.rename(path)

@@ -16,7 +16,7 @@ from studies.peers.playing import pitch_of
 from studies.peers.worth import Worth
 
 from pipeline.arena.env import ParallelMatch
-from pipeline.arena.match.environment import Side
+from schemas import SIDES
 
 
 class Pitches(VecEnv):
@@ -33,8 +33,7 @@ class Pitches(VecEnv):
     """
 
     def __init__(self, matches: int, seeds: Iterator[int], opponent: str, worth: Worth | None) -> None:
-        sides: tuple[Side, Side] = ("home", "away")
-        self._pitches = [pitch_of(opponent, sides[number % 2]) for number in range(matches)]
+        self._pitches = [pitch_of(opponent, SIDES[number % 2]) for number in range(matches)]
         self._coming, self._worth = seeds, worth
         first = self._pitches[0]
         agent = first.possible_agents[0]

@@ -15,6 +15,8 @@ from pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pipeline.arena.match.environment import Side
 from pipeline.arena.teams.constant import clock_of, constant
 from pipeline.store.receipts import digest
+from pipeline.studies.evaluations import match_seed
+from schemas import SIDES
 
 #: Matches after which a learner's network is kept and measured.
 KEPT = (20, 40, 80, 140, 280, 560, 1_000, 1_400, 2_800, 5_600, 11_200)
@@ -23,8 +25,10 @@ STEP_S = 0.2
 #: The word for a team that takes any action, in place of a network's path.
 ANY = "random actions"
 
-#: Actions of robots, int64 [n], by what they see, float32 [n, 33].
-Choose = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.int64]]
+#: What robots of a match see, by agent, float32 [33] each.
+Observed = dict[str, npt.NDArray[np.float32]]
+#: Actions of all robots of some matches, int64 [n], by the matches and what their robots see.
+Choose = Callable[[Sequence[ParallelMatch], Sequence[Observed]], npt.NDArray[np.int64]]
 
 
 def pitch_of(opponent: str, side: Side) -> ParallelMatch:
@@ -38,53 +42,55 @@ def differences(choose: Choose, opponent: str, seeds: Sequence[int]) -> pl.DataF
     Args:
         choose: chooses the actions of all robots.
         opponent: word of the other team.
-        seeds: of the pairs.
+        seeds: of the pairs; their matches have the seeds of an evaluation's.
 
     Returns:
         A row a pair: seed, and difference, the mean of its two matches.
     """
-    sides: tuple[Side, Side] = ("home", "away")
-    pitches = [pitch_of(opponent, side) for _ in seeds for side in sides]
-    seen = [_stacked(pitch.reset(seed=seed)[0])
-            for pitch, seed in zip(pitches, np.repeat(seeds, len(sides)).tolist(), strict=True)]
+    matches = [(match_seed(seed), side) for seed in seeds for side in SIDES]
+    pitches = [pitch_of(opponent, side) for _, side in matches]
+    seen = [pitch.reset(seed=seed)[0] for pitch, (seed, _) in zip(pitches, matches, strict=True)]
     robots = len(pitches[0].possible_agents)
     found = np.empty(len(pitches))
     while pitches[0].agents:  # all last as long
-        actions = choose(np.concatenate(seen)).reshape(-1, robots)
+        actions = choose(pitches, seen).reshape(-1, robots)
         for place, pitch in enumerate(pitches):
-            observed, _, _, _, told = pitch.step(dict(zip(pitch.agents, actions[place], strict=True)))
-            seen[place] = _stacked(observed)
+            seen[place], _, _, _, told = pitch.step(dict(zip(pitch.agents, actions[place], strict=True)))
             ours, theirs = told[pitch.possible_agents[0]]["score"]
             found[place] = ours - theirs
-    return pl.DataFrame({"seed": list(seeds), "difference": found.reshape(-1, len(sides)).mean(axis=1)})
+    return pl.DataFrame({"seed": list(seeds), "difference": found.reshape(-1, len(SIDES)).mean(axis=1)})
 
 
-def played(team: str, opponent: str, seeds: Sequence[int], data: Path, there: bool = False) -> pl.DataFrame:
+def chooser(team: str, seed: int) -> Choose:
+    """Who chooses the actions of a team: a network, by its path, or chance, for :data:`ANY`."""
+    if team == ANY:
+        rng = np.random.default_rng(seed)
+        return lambda _, seen: rng.integers(len(BEHAVIOURS), size=sum(map(len, seen)))
+    network = load(Path(team))
+    return lambda _, seen: network.choose(np.array([vector for each in seen for vector in each.values()]))
+
+
+def played(
+    team: str, choose: Choose, opponent: str, seeds: Sequence[int], data: Path, there: bool = False
+) -> pl.DataFrame:
     """The pairs of a team against an opponent; those that were not played before are played, unless ``there``.
 
     Args:
-        team: path of a network, or :data:`ANY`.
+        team: what results are kept by in the data folder, next to the opponent.
+        choose: chooses the actions of its robots.
         opponent: word of the other team.
         seeds: of the pairs.
-        data: the data folder; results are kept there by the network's bytes.
+        data: the data folder.
         there: whether only those are wanted that were played before.
     """
-    said = team if team == ANY else digest(Path(team).read_bytes())
     against = f"{opponent} {constant(opponent)} {clock_of(opponent)}"  # best-constant may be another one day
-    kept = data / "peers" / "played" / f"{digest(f'{said} {against} {arena.VERSION}'.encode())}.csv"
+    kept = data / "peers" / "played" / f"{digest(f'{team} {against} {arena.VERSION}'.encode())}.csv"
     known = pl.read_csv(kept) if kept.exists() else pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
     missing = [seed for seed in seeds if seed not in known["seed"]]
     if missing and not there:
-        rng = np.random.default_rng(missing[0])
-        choose = (lambda seen: rng.integers(len(BEHAVIOURS), size=len(seen))) if team == ANY else load(Path(team)).choose
         known = pl.concat([known, differences(choose, opponent, missing)]).sort("seed")
         kept.parent.mkdir(parents=True, exist_ok=True)
         aside = kept.with_suffix(".part")
         known.write_csv(aside)
         aside.rename(kept)
     return known.filter(pl.col("seed").is_in(list(seeds)))
-
-
-def _stacked(observed: dict[str, npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
-    """What the robots of a match see, float32 [N, 33]."""
-    return np.stack(list(observed.values()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 from studies.peers.teams import ONCE, OURS, STATIC, WHOLE, Team
@@ -14,6 +15,8 @@ from pipeline.statistics import mean_interval
 from pipeline.views.plots.style import png
 from schemas.table import called
 
+#: Of what an interval is where there is one training, and how the tables mark it.
+_PAIRS, _ONE = "pairs of matches", "†"
 #: What rows are made of: trainings of one learner after as many matches.
 _ROW = ("learner", "matches")
 
@@ -29,7 +32,7 @@ def learners(results: pl.DataFrame) -> pl.DataFrame:
     """A row for each learner, number of matches and opponent.
 
     The interval is Student's over trainings. With one training it is that over its pairs of matches: it says
-    nothing of other trainings. ``of`` says which.
+    nothing of other trainings. ``of`` says which, and the tables mark them.
     """
     return pl.DataFrame(list(_learners(results)), infer_schema_length=None)
 
@@ -40,7 +43,7 @@ def _learners(results: pl.DataFrame) -> Iterator[dict[str, object]]:
         low, high = found or (own["low"][0], own["high"][0])
         yield {"learner": learner, "matches": matches, "opponent": opponent, "trainings": own.height,
                "difference": own["difference"].mean(), "low": low, "high": high,
-               "of": "pairs of matches" if found is None else "trainings"}
+               "of": _PAIRS if found is None else "trainings"}
 
 
 def markdown(found: pl.DataFrame) -> str:
@@ -82,11 +85,15 @@ def _cell(own: pl.DataFrame) -> str:
         return ""
     numbers = own.select("difference", "low", "high").row(0)
     mean, *ends = (f"{number:+.1f}".replace("-", "−") for number in numbers)
-    return f"{mean} [{ends[0].lstrip('+')}, {ends[1].lstrip('+')}]"
+    mark = _ONE if own["of"][0] == _PAIRS and own["matches"][0] else ""
+    return f"{mean} [{ends[0].lstrip('+')}, {ends[1].lstrip('+')}]{mark}"
 
 
 def plot(found: pl.DataFrame, path: Path) -> None:
-    """Goal difference against the static team over the number of matches; controls are lines."""
+    """Goal difference against the static team over the number of matches, with intervals over trainings.
+
+    A point of one training has no interval. Controls are lines.
+    """
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.subplots()
     against = found.filter(opponent=STATIC).sort("matches")
@@ -95,7 +102,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
         kind = {"marker": "o" if own.height > 1 else "D", "color": "black" if learner == OURS else f"C{number}",
                 "linewidth": 2.5 if learner == OURS else 1.2}
         x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
-        spread = [y - own["low"].to_numpy(), own["high"].to_numpy() - y]
+        spread = np.where(own["of"] == _PAIRS, 0, [y - own["low"].to_numpy(), own["high"].to_numpy() - y])
         axes.errorbar(x, y, yerr=spread, capsize=2, label=learner, **kind)
     for (learner,), own in against.filter(matches=0).group_by("learner", maintain_order=True):
         level = own["difference"][0]

@@ -6,16 +6,22 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
 import polars as pl
 from studies.looking import HELD, USUAL
-from studies.peers.playing import ANY, KEPT, played
+from studies.peers.playing import ANY, KEPT, Choose, Observed, chooser, played
+from studies.trial import LOOKS, Chooser, Seen
 
 from flows.evaluations import evaluate, stored
 from flows.teams import Player, apprentice, entrant, labelled
+from pipeline.arena.env import ParallelMatch
 from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.teams.appraising import appraiser_of
 from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
+from pipeline.store.receipts import digest
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair
 from pipeline.studies.seasons.settings import named
 
@@ -29,8 +35,8 @@ ONLINE, LONG = {"ppo": 10 * ONCE, "dqn": 10 * ONCE, "ppo-v": ONCE, "dqn-v": ONCE
 OFFLINE = ("bc", "cql", "cql-v")
 #: Trainings of each peer.
 TRAININGS = 3
-#: The row of our apprentices, and of the networks that nobody trained.
-OURS, UNTRAINED = "apprentice that looks", "ppo untrained"
+#: The row of our apprentices, of the same where an action that is chosen again goes on, and of untrained networks.
+OURS, GOING_ON, UNTRAINED = "apprentice that looks", "the same, actions go on", "ppo untrained"
 #: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
 WHOLE = (0, ONCE, 10 * ONCE)
 
@@ -53,11 +59,6 @@ class Team(NamedTuple):
     version: int | None = None
 
 
-def season_of(seed: int) -> str:
-    """The id of our apprentice's season."""
-    return f"{HELD.season}-static-{seed}"
-
-
 def seeds_of(learner: str) -> range:
     """Seeds of a peer's trainings; of those that learn from our apprentices' logs they are those of the seasons."""
     return HELD.seasons[:TRAININGS] if learner in OFFLINE else range(2021, 2021 + TRAININGS)
@@ -74,11 +75,12 @@ def teams(data: Path) -> Iterator[Team]:
         yield Team(word, None, 0, word)
     yield Team(ANY, None, 0, ANY)
     store = Store(data)
-    for seed in HELD.seasons:
-        if store.receipt("seasons", season_of(seed)) is not None:
+    for seed, season in zip(HELD.seasons, HELD.panel.words, strict=True):
+        if store.receipt("seasons", season) is not None:
             for matches in KEPT:
                 if matches <= ONCE:
-                    yield Team(OURS, seed, matches, season_of(seed), matches // GAME)
+                    yield Team(OURS, seed, matches, season, matches // GAME)
+            yield Team(GOING_ON, seed, ONCE, season)
     for learner in (*OFFLINE, *ONLINE):
         for seed in seeds_of(learner):
             there = {int(path.stem.rsplit("-", 1)[1]): path for path in networks(data).glob(f"{learner}-{seed}-*.npz")}
@@ -94,8 +96,13 @@ def measured(data: Path, team: Team, opponent: str, seeds: Sequence[int], there:
 
     Pairs that were not played before are played, unless ``there``: then they have no row.
     """
-    if team.player == ANY or team.player.endswith(".npz"):
-        return played(team.player, opponent, seeds, data, there)
+    if team.player == ANY:
+        return played(ANY, chooser(ANY, seeds[0]), opponent, seeds, data, there)
+    if team.player.endswith(".npz"):
+        kept = digest(Path(team.player).read_bytes())
+        return played(kept, chooser(team.player, seeds[0]), opponent, seeds, data, there)
+    if team.learner == GOING_ON:
+        return played(*going_on(data, team.player), opponent, seeds, data, there)
     store, policies = Store(data), dict[str, PolicyTables]()
     ours = (entrant(store, team.player, policies) if team.version is None
             else _at(apprentice(store, team.player), team.version, policies))
@@ -107,6 +114,25 @@ def measured(data: Path, team: Team, opponent: str, seeds: Sequence[int], there:
     rows, _ = evaluate(store, how, seeds, policies)
     return rows.group_by("seed", maintain_order=True).agg(
         difference=(pl.col("goals_for") - pl.col("goals_against")).mean())
+
+
+def going_on(data: Path, season: str) -> tuple[str, Choose]:
+    """The label of an apprentice's policy, and who chooses by it as peers do: what is chosen again goes on.
+
+    In its own matches, and those that it learned from, a robot begins its action anew at each decision.
+    """
+    player = apprentice(Store(data), season)
+    label, tables = labelled(player.store, player.manifest)
+    assert tables.appraisals is not None, "it looks"
+    appraiser, _ = appraiser_of(tables.values, tables.appraisals)
+    looks = Chooser(appraiser, (LOOKS,), np.random.default_rng(0))
+
+    def choose(pitches: Sequence[ParallelMatch], observed: Sequence[Observed]) -> npt.NDArray[np.int64]:
+        seen = Seen.of(pitches, observed)
+        roles = seen.roles.ravel()
+        return looks(seen.sights.reshape(len(roles), -1), roles, np.zeros_like(roles))
+
+    return label, choose
 
 
 def _at(player: Player, version: int, policies: dict[str, PolicyTables]) -> Entrant:

@@ -14,7 +14,6 @@ import numpy as np
 from pipeline.arena.env import ParallelMatch
 from pipeline.arrays import F32
 from pipeline.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import PITCHES, Kind
 from pipeline.values.models import logits_of, probability, shipped
 from pipeline.values.moments import Ball, Robots, features
@@ -36,7 +35,7 @@ class Worth:
 
     def of(self, pitches: Sequence[ParallelMatch]) -> F32:
         """V of the moment in each match, float32 [matches]; 0 while play is stopped."""
-        teams = [HOME if pitch.possible_agents[0].startswith("home") else AWAY for pitch in pitches]
+        teams = [pitch.driven[0] for pitch in pitches]
         views = np.stack([
             *(pitch.match.views[team] for pitch, team in zip(pitches, teams, strict=True)),
             *(pitch.match.views[1 - team] for pitch, team in zip(pitches, teams, strict=True))])
