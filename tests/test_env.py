@@ -20,7 +20,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.constant import constant
 from pipeline.errors import BadSettings
 from pipeline.state.sight import see_from
-from schemas import ROLES
+from schemas import ROLES, Appraisals
 from schemas.sights import SIGHT
 
 with warnings.catch_warnings():
@@ -168,6 +168,29 @@ class TestSameMatch:
         before = one.match.bodies[4:].copy()
         one.step(np.zeros(6, np.float32))
         assert np.allclose(one.match.bodies[4:], before, atol=1e-6)  # it stands: that is all it knows
+
+    def test_robots_can_begin_anew(self):
+        """Robots that begin the same anew at each step play as a team that looks and knows nothing else; a push goes on."""
+        kick, reach = BEHAVIOURS.index(21), BEHAVIOURS.index(44)
+        looks = LearnedTeam(TeamSettings(kind="learned", clock_s=0.2),
+                            PolicyTables(constant("constant:021").policy(), Appraisals.of([])))
+        team = parallel_env(looks, side="away", actions="behaviours", step_s=0.2)
+        anew, on = (parallel_env(actions="behaviours", step_s=0.2) for _ in range(2))
+        for each in (team, anew, on):
+            each.reset(seed=1)
+        same = []
+        for _ in range(30):
+            team.step(dict.fromkeys(team.agents, reach))
+            anew.begin_anew(anew.agents[:3])
+            for each in (anew, on):
+                each.step(dict.fromkeys(each.agents[:3], kick) | dict.fromkeys(each.agents[3:], reach))
+            assert team.match.in_play, "no restart: there such a team decides at once"
+            assert team.match.bodies.tobytes() == anew.match.bodies.tobytes()
+            same.append(anew.match.bodies.tobytes() == on.match.bodies.tobytes())
+        assert same[0]
+        assert not same[-1]
+        with pytest.raises(BadSettings, match="no match"):
+            parallel_env().begin_anew(["home_1"])
 
     def test_every_behaviour_can_be_chosen(self):
         one = parallel_env(actions="behaviours", settings=SHORT)

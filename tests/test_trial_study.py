@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
+from studies import trial
 from studies.looking import cells
 from studies.trial import FIRST, WHOLE, Chooser, Trial, differences, earned, seconds, worth_of
 
-from pipeline.arena.env import BEHAVIOURS
+from pipeline.arena.env import BEHAVIOURS, ParallelMatch
 from pipeline.arena.teams.appraising import Appraiser, appraiser_of
 from schemas import ROLES, Appraisals
 from schemas.sights import SIGHT
@@ -47,8 +48,10 @@ def test_ways_to_act(appraiser):
     acts = [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, LOOKS))]
     assert acts == [44, 88, 44, 88]
     assert [BEHAVIOURS[action] for action in choose(sights, roles, np.full(4, CONSTANT))] == [1, 88, 44, 44]
-    strikers = np.full(2000, 2)
-    blind = np.array(BEHAVIOURS)[choose(at([0.5] * 1000 + [-0.5] * 1000), strikers, np.full(2000, BLIND))]
+    assert choose.anew(np.array([LOOKS, CONSTANT, BLIND])).tolist() == [True, False, True]
+    strikers, halves = np.full(2000, 2), at([0.5] * 1000 + [-0.5] * 1000)
+    choose.keep(halves, strikers)
+    blind = np.array(BEHAVIOURS)[choose(halves, strikers, np.full(2000, BLIND))]
     for seen in (blind[:1000], blind[1000:]):
         assert np.mean(seen == 44) == pytest.approx(0.5, abs=0.1), "whatever it sees itself"
 
@@ -99,9 +102,43 @@ def test_seconds_of_a_match(appraiser):
     assert rows.height % 3 == 0
     assert 2 * 480 * 3 * 0.8 < rows.height <= 2 * 480 * 3
     assert rows.group_by("way").len()["len"].min() > 0.28 * rows.height
-    assert rows["change"].is_between(-2, 2).all()
     team = rows["change"].to_numpy().reshape(-1, 3)
     assert (team == team[:, :1]).all()
     assert 0 < rows["first"].sum() < rows.height / 4
     assert rows["cell"].is_between(0, 35).all()
     assert len(np.unique(cells(at([-0.5, 0.0, 0.5])))) == 3
+
+
+def test_what_the_lot_says_is_done(appraiser, monkeypatch):
+    """Each robot acts in each second as the lot says, and begins anew unless it is a constant; goals count with their sign."""
+    done, goals, on, step, begin = [], [], [], ParallelMatch.step, ParallelMatch.begin_anew
+
+    class AsTheLotSays(Chooser):
+        """Its action is the number of the way."""
+
+        def __call__(self, sights, roles, ways):
+            return ways
+
+    def stepped(pitch, actions):
+        on.append(pitch.match.in_play)
+        found = step(pitch, actions)
+        done.append([*actions.values()])
+        goals.append(found[1][pitch.possible_agents[0]])
+        return found
+
+    monkeypatch.setattr(trial, "Chooser", AsTheLotSays)
+    monkeypatch.setattr(ParallelMatch, "step", stepped)
+    anew = []
+    monkeypatch.setattr(ParallelMatch, "begin_anew", lambda pitch, agents: (anew.append(len(agents)), begin(pitch, agents)))
+    rows = seconds(appraiser, TRIAL, [5])
+
+    whole = 2 * 2400  # steps of both matches' whole seconds; a last one is shorter
+    acts = np.array(done[:whole]).reshape(-1, 5, 2, 3)  # seconds, steps, matches, robots
+    assert (acts == acts[:, :1]).all(), "for a second"
+    assert anew[:whole] == (acts != CONSTANT).sum(axis=3).ravel().tolist()
+    begun = np.array(on[:whole]).reshape(-1, 5, 2)[:, 0]
+    assert rows["way"][: 3 * begun.sum()].to_list() == acts[:, 0][begun].ravel().tolist()
+    scored = np.array(goals[:whole]).reshape(-1, 5, 2).sum(axis=1)[begun]
+    change = rows["change"].to_numpy().reshape(-1, 3)[: len(scored), 0]
+    assert {*scored} >= {-1, 0, 1}
+    assert (np.sign(change) == np.sign(scored))[scored != 0].all()

@@ -22,6 +22,7 @@ plays.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, cast
 
 import gymnasium
@@ -219,6 +220,19 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
             self._observations(), earned, dict.fromkeys(names, goal), dict.fromkeys(names, over),
             self._infos(),
         )  # fmt: skip
+
+    def begin_anew(self, agents: Collection[str]) -> None:
+        """Let agents begin the behaviours of the next step anew; else one that is chosen again goes on.
+
+        A learned team that looks does so at each decision. Wheels know no behaviours.
+
+        Raises:
+            BadSettings: if there is no match or it is over.
+        """
+        if not self.agents:
+            raise _not_begun()
+        self._played.begin_anew([[place for place, name in enumerate(names) if name in agents]
+                                 for names in self._names])
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """A picture, uint8 [560, 640, 3], in the mode ``rgb_array``; None in others."""

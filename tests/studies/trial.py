@@ -3,9 +3,9 @@
 ``PYTHONPATH=tests python -m studies.trial data/studies/looking DATA`` (half an hour on 2 cores; what is in the data
 folder is not played again) plays the apprentices of ``looking-all`` and ``looking-held`` of that data folder against the
 static team; if one of them is named after DATA, that one, and the rows of the other stay as they are.
-For each robot and second of a match the lot decides between ways to act: it looks (its policy, each 0.2 s); it does
-what the constant team 001/088/044 does in its role; or it is blind, and its policy looks at what a robot of its role
-saw at another moment. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V
+For each robot and second of a match the lot decides between ways to act: it looks (its policy, each 0.2 s, and it
+begins its action anew, as in its own matches); it does what the constant team 001/088/044 does in its role, which
+goes on; or it is blind, and its policy looks at what a robot of its role saw at another moment of play. What is measured is V a second later, 1 or -1 after a goal and 0 where play has stopped, less V
 at the start. All else is alike: the ways of one match differ by nothing but the lot. So the differences of their means
 are what a second of looking is worth. A log cannot say this: there an action was chosen where it seemed good.
 
@@ -118,6 +118,15 @@ class Chooser:
         self._codes = np.array([[BEHAVIOURS.index(code) for code in team or [BEHAVIOURS[0]] * len(ROLES)] for team in teams])
         self._seen = [np.empty((0, len(SIGHT)), np.float32) for _ in ROLES]
 
+    def keep(self, sights: F32, roles: I64) -> None:
+        """Keep what robots saw in play, float32 [n, 30], of roles, int64 [n], for blind ones to look at."""
+        for role, kept in enumerate(self._seen):
+            self._seen[role] = np.concatenate([kept, sights[roles == role]])[-_KEPT:]
+
+    def anew(self, ways: I64) -> npt.NDArray[np.bool_]:
+        """Whether robots begin what they choose anew at each step, bool [n]: constants go on."""
+        return ~self._constant[ways]
+
     def __call__(self, sights: F32, roles: I64, ways: I64) -> I64:
         """Actions of robots, as indices in BEHAVIOURS, int64 [n].
 
@@ -129,10 +138,9 @@ class Chooser:
         looked_at = sights.copy()
         if BLIND in self._ways:
             for role, kept in enumerate(self._seen):
-                own = roles == role
-                kept = self._seen[role] = np.concatenate([kept, sights[own]])[-_KEPT:]
-                blind = np.flatnonzero(own & (ways == self._ways.index(BLIND)))
-                looked_at[blind] = kept[self._rng.integers(len(kept), size=len(blind))] if len(blind) else kept[:0]
+                blind = np.flatnonzero((roles == role) & (ways == self._ways.index(BLIND)))
+                if len(blind) and len(kept):
+                    looked_at[blind] = kept[self._rng.integers(len(kept), size=len(blind))]
         worth = np.where(self._appraiser.allowed[roles].T, appraised(self._appraiser, looked_at), -np.inf)
         return np.where(self._constant[ways], self._codes[ways, roles], self._actions[worth.argmax(axis=0)])
 
@@ -182,9 +190,12 @@ def seconds(appraiser: Appraiser, trial: Trial, seeds: Sequence[int]) -> pl.Data
         for _ in range(_SECOND):
             if not pitches[0].agents:
                 break
+            playing = np.array([pitch.match.in_play for pitch in pitches])
+            choose.keep(seen.sights[playing].reshape(-1, len(SIGHT)), seen.roles[playing].ravel())
             actions = choose(seen.sights.reshape(-1, len(SIGHT)), seen.roles.ravel(), ways.ravel()).reshape(-1, robots)
             observed = []
             for place, pitch in enumerate(pitches):
+                pitch.begin_anew([agent for agent, own in zip(pitch.agents, choose.anew(ways[place]), strict=True) if own])
                 sees, rewards, *_ = pitch.step(dict(zip(pitch.agents, actions[place], strict=True)))
                 observed.append(sees)
                 goals[place] += rewards[pitch.possible_agents[0]]

@@ -38,6 +38,9 @@ class Driven(Controller):
             BadSettings: if they are not what this team follows.
         """
 
+    def begin_anew(self, robots: Sequence[int]) -> None:
+        """Let robots, by index, begin anew what they are told next, if they would go on with it."""
+
     def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
         self.earned += reward
 
@@ -91,6 +94,9 @@ class BehaviourController(Driven):
         ).all():
             raise _unfit(actions, f"{len(self._codes)} whole numbers from 0 to {len(CODES) - 1}")
         self._codes[:] = _CODES[chosen]
+
+    def begin_anew(self, robots: Sequence[int]) -> None:  # noqa: D102
+        self._robots["code"][robots] = 0
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
         self._robots["code"] = 0

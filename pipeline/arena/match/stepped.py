@@ -76,6 +76,11 @@ class SteppedMatch:
                 break
         return [own.earned for own in driven]
 
+    def begin_anew(self, robots: Sequence[Sequence[int]]) -> None:
+        """Let robots of each driven team, by index, begin the behaviours of the next step anew."""
+        for own, those in zip(self._driven, robots, strict=True):
+            own.begin_anew(those)
+
     def sights(self) -> F32:
         """What all robots of each driven team see, float32 [driven teams times N, 33].
 
