@@ -385,5 +385,7 @@ def test_blind_for_a_time():
     assert (shoots != (ball > 0)).any()
     ball, shoots = looks(blind=True, blind_s=0.1)  # less than half a decision: one
     assert (shoots[1:] == (ball[:-1] > 0)).all()
+    ball, shoots = looks(blind=True, blind_s=0.5, clock_s=1e-9)  # a decision lasts for a frame at least
+    assert (shoots[30:] == (ball[:-30] > 0)).all()
     with pytest.raises(BadSettings, match="only a blind team acts on what it saw so long ago"):
         looks(blind_s=3.0)

@@ -5,11 +5,18 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.peers import playing
+from studies.looking import STATIC
+from studies.peers import logged, playing
 from studies.peers.network import Network, load
 from studies.peers.playing import chooser, played
 from studies.peers.tables import curve, learners, markdown
-from studies.peers.teams import OURS, STATIC
+from studies.peers.teams import OURS
+
+from pipeline.arena.env import BEHAVIOURS
+from pipeline.arena.match.recipe import MatchSettings
+from pipeline.arena.match.sighted import scales
+from schemas import ROLES
+from schemas.sights import SIGHT
 
 
 def network(activation="relu"):
@@ -43,6 +50,35 @@ def test_played(tmp_path, monkeypatch):
     assert played("one", choose, "best-constant", [4], tmp_path, there=True).is_empty()
     assert played("one", choose, "constant:044", [3], tmp_path, there=True).is_empty()
     assert played("other", choose, "best-constant", [3], tmp_path, there=True).is_empty()
+
+
+def test_export(tmp_path):
+    """Decisions as arrays: what is seen is scaled, an episode is that of a robot, and ends by a goal or otherwise."""
+    sight = dict.fromkeys(SIGHT, 0.0) | {"ball_x": 0.4, "behind": -1.0}
+    blank = sight | {"to_own_line": None}
+    rows = [  # robot, role, episode, behaviour, reward, change
+        (1, "goalkeeper", 0, "goalkeeper-044", 0.0, 0.25), (1, "midfield", 0, None, -1.0, -1.0),
+        (2, "striker", 0, "striker-184", 0.0, None),
+        (2, "striker", 1, "striker-044", 0.0, 0.5), (2, "striker", 1, "striker-044", 1.0, 1.0)]
+    decisions = pl.DataFrame([
+        {"match_id": "m", "team": "home", "robot": robot, "role": role, "episode": episode, "behaviour_id": behaviour,
+         "reward": reward, "change": change, "sight": [*(blank if place == 1 else sight).values()]}
+        for place, (robot, role, episode, behaviour, reward, change) in enumerate(rows)],
+        schema_overrides={"role": pl.Enum(ROLES), "sight": pl.Array(pl.Float32, len(SIGHT))})
+    logged.export(decisions, tmp_path / "decisions.npz")
+    assert [path.name for path in tmp_path.iterdir()] == ["decisions.npz"]
+    found = np.load(tmp_path / "decisions.npz")
+    assert [BEHAVIOURS[action] for action in found["actions"]] == [44, 194, 184, 44, 44]
+    assert found["rewards"].tolist() == [0, -1, 0, 0, 1]
+    assert found["changes"].tolist() == [0.25, -1, 0, 0.5, 1]
+    assert found["terminals"].tolist() == [False, True, False, False, True]
+    assert found["timeouts"].tolist() == [False, False, True, False, False]
+    seen = found["observations"]
+    assert seen[:, len(SIGHT):].tolist() == np.eye(3)[[0, 1, 2, 2, 2]].tolist()
+    names = list(SIGHT)
+    assert seen[:, names.index("ball_x")] == pytest.approx(0.4 / scales(MatchSettings())[names.index("ball_x")])
+    assert seen[:, names.index("behind")].tolist() == [-1.0] * 5
+    assert seen[1, names.index("to_own_line")] == 0, "not known"
 
 
 def results():

@@ -9,7 +9,7 @@ from support.toy_scenes import view_of
 from support.watched import Watched
 
 from flows.cli import main
-from flows.teams import entrant
+from flows.teams import entrant, learned_team
 from pipeline.arena.match.controllers import controller_of, controllers_of
 from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
@@ -150,6 +150,13 @@ def test_constant_team(tmp_path):
     for word in ("constant:", "constant:044/021", "constant:0044", "constant:\u0660\u0664\u0664", "constant:044-021-021"):
         with pytest.raises(BadSettings, match="one code, or three"):
             entrant(Store(tmp_path), word, {})
+
+
+@pytest.mark.parametrize(("options", "said"), [({"explore": 2.0}, "explore"), ({"explor": 0.1}, "explor"), ({"least_s": -1.0}, "least_s")])
+def test_options_that_do_not_fit(options, said, tmp_path):
+    """An option of a learned team that does not exist, or does not fit, is named in one line."""
+    with pytest.raises(BadSettings, match=f"best-constant.*{said}"):
+        learned_team(tmp_path, "best-constant", **options)
 
 
 @pytest.mark.parametrize(("home", "away", "match_id"), [

@@ -60,7 +60,9 @@ from pipeline.settings import AppraisalSettings, GramSettings
 from pipeline.statistics import mean_interval, welch
 from pipeline.store import Store
 from pipeline.studies.evaluations import Evaluation
+from pipeline.studies.seasons.measures import DIFFERENCE
 from schemas import ROLES, Decisions, Sights, Values
+from schemas.decisions import BRIEF_FRAMES
 from schemas.sights import SIGHT
 
 #: Seeds of the logged matches.
@@ -212,9 +214,12 @@ def measured(store: Store, word: str, arm: Arm, opponent: str, crew: Crew) -> pl
     team = entrant(store, word, policies, blind=arm.blind, blind_s=arm.blind_s, predict_s=arm.predict_s)
     other = entrant(store, opponent, policies)
     how = Evaluation(**arm.how.of_match(), team=team, opponent=other)
-    rows, _ = evaluate(store, how, arm.seeds, policies, crew)
-    return rows.group_by("seed", maintain_order=True).agg(
-        difference=(pl.col("goals_for") - pl.col("goals_against")).mean())
+    return of_pairs(evaluate(store, how, arm.seeds, policies, crew)[0])
+
+
+def of_pairs(rows: pl.DataFrame) -> pl.DataFrame:
+    """Goal differences of an evaluation, a row a pair of matches: seed, difference."""
+    return rows.group_by("seed", maintain_order=True).agg(difference=DIFFERENCE.mean())
 
 
 def row(word: str, arm: str, opponent: str, pairs: pl.DataFrame) -> dict[str, object]:
@@ -307,7 +312,7 @@ def described(store: Store, word: str) -> dict[str, object]:
 
 def _brief(decided: pl.DataFrame) -> float:
     """Share of decisions that last two frames or fewer."""
-    return float((decided["end_ns"] - decided["t_ns"] <= 2.5e9 / 60).mean())  # type: ignore[arg-type]
+    return float((decided["end_ns"] - decided["t_ns"] <= (BRIEF_FRAMES + 0.5) * 1e9 / USUAL.physics.hz).mean())  # type: ignore[arg-type]
 
 
 def information(decided: pl.DataFrame) -> float:

@@ -15,9 +15,11 @@ from typing import NamedTuple
 
 import polars as pl
 from matplotlib.figure import Figure
-from studies.peers.teams import OURS, STATIC
+from studies.looking import STATIC
+from studies.peers.teams import OURS
 
 from pipeline.statistics import mean_interval
+from pipeline.studies.seasons.measures import DIFFERENCE
 from pipeline.studies.seasons.settings import named
 from pipeline.views.plots.style import png
 
@@ -68,7 +70,7 @@ def results(folder: Path) -> pl.DataFrame:
         "seasons/games.csv", "imitation/games.csv", "peers/results.csv"))
     parts = {
         "seasons": seasons.filter(opponent=STATIC).select(
-            "seed", "game", name="settings", difference=pl.col("goals_for") - pl.col("goals_against")),
+            "seed", "game", name="settings", difference=DIFFERENCE),
         "imitation": imitation.select("seed", "game", name="settings", difference="difference"),
         PEERS: peers.filter(pl.col("matches") > 0, opponent=STATIC).select(
             "seed", game="matches", name="learner", difference="difference"),

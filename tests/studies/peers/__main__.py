@@ -25,7 +25,7 @@ from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, ThreadPoolE
 from multiprocessing import get_context
 from pathlib import Path
 
-from studies.looking import HELD
+from studies.looking import HELD, STATIC
 from studies.looking import seasons as played_seasons
 from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
@@ -35,7 +35,6 @@ from studies.peers.teams import (
     OFFLINE,
     ONCE,
     ONLINE,
-    STATIC,
     WHOLE,
     Team,
     measured,

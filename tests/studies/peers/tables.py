@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
-from studies.peers.teams import ONCE, OURS, STATIC, WHOLE, Team
+from studies.looking import STATIC
+from studies.peers.teams import ONCE, OURS, WHOLE, Team
 
 from pipeline.arena.teams.panel import PANEL
 from pipeline.statistics import mean_interval

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.looking import HELD, USUAL
+from studies.looking import HELD, STATIC, USUAL, of_pairs
 from studies.peers.playing import ANY, KEPT, Choose, Observed, chooser, played
 from studies.trial import LOOKS, Chooser, Seen
 
@@ -19,13 +19,11 @@ from pipeline.arena.env import ParallelMatch
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.teams.appraising import appraiser_of
 from pipeline.arena.teams.constant import BEST
-from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
 from pipeline.store.receipts import digest
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair
 from pipeline.studies.seasons.settings import named
 
-STATIC = PANEL[0]
 #: Matches of a game of our apprentices' seasons, and of a season.
 GAME = named(HELD.season).matches_a_game
 ONCE = named(HELD.season).games * GAME
@@ -111,9 +109,7 @@ def measured(data: Path, team: Team, opponent: str, seeds: Sequence[int], there:
         seeds = [seed for seed in seeds if stored(store, Pair(evaluation=how, seed=seed)) is not None]
         if not seeds:
             return pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
-    rows, _ = evaluate(store, how, seeds, policies)
-    return rows.group_by("seed", maintain_order=True).agg(
-        difference=(pl.col("goals_for") - pl.col("goals_against")).mean())
+    return of_pairs(evaluate(store, how, seeds, policies)[0])
 
 
 def going_on(data: Path, season: str) -> tuple[str, Choose]:
