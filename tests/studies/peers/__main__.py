@@ -31,7 +31,6 @@ from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
 from studies.peers.teams import (
     GOING_ON,
-    LONG,
     OFFLINE,
     ONCE,
     ONLINE,
@@ -57,7 +56,7 @@ def trainings(data: Path, minutes: float) -> Iterator[list[str]]:
 
     Args:
         data: the data folder.
-        minutes: of one core that PPO and DQN of the first seed train in all.
+        minutes: of one core that the first trainings of PPO and DQN take in all.
     """
     for learner in OFFLINE:
         for seed in seeds_of(learner):
@@ -65,9 +64,9 @@ def trainings(data: Path, minutes: float) -> Iterator[list[str]]:
             if not out.exists():
                 yield [".venv-d3rlpy/bin/python", "-m", "studies.peers.offline", learner, str(seed),
                        str(_logged(data, seed)), str(out)]
-    for learner, matches in ONLINE.items():
-        for number, seed in enumerate(seeds_of(learner)):
-            until = ("--minutes", minutes) if learner in LONG and number == 0 else ("--matches", matches)
+    for learner, of_each in ONLINE.items():
+        for seed, matches in zip(seeds_of(learner), of_each, strict=True):
+            until = ("--minutes", minutes) if matches is None else ("--matches", matches)
             yield [".venv-sb3/bin/python", "-m", "studies.peers.online", learner, str(seed), str(networks(data)),
                    *map(str, until)]
 

@@ -27,12 +27,13 @@ from pipeline.studies.seasons.settings import named
 #: Matches of a game of our apprentices' seasons, and of a season.
 GAME = named(HELD.season).matches_a_game
 ONCE = named(HELD.season).games * GAME
-#: Learners that play, and how many matches; the first training of the long ones goes on for hours.
-ONLINE, LONG = {"ppo": 10 * ONCE, "dqn": 10 * ONCE, "ppo-v": ONCE, "dqn-v": ONCE}, ("ppo", "dqn")
-#: Learners that learn from what our apprentice's season logged.
-OFFLINE = ("bc", "cql", "cql-v")
-#: Trainings of each peer.
-TRAININGS = 3
+#: Learners that play, and the matches of each of their trainings; None: as many as some minutes of a core allow. PPO
+#: has as many trainings of a season's matches as there are apprentices.
+ONLINE: dict[str, tuple[int | None, ...]] = {
+    "ppo": (None, 10 * ONCE, 10 * ONCE, ONCE, ONCE), "dqn": (None, 10 * ONCE, 10 * ONCE),
+    "ppo-v": (ONCE, ONCE, ONCE), "dqn-v": (ONCE, ONCE, ONCE)}
+#: Learners that learn from what our apprentice's season logged, and from the logs of how many seasons, one by one.
+OFFLINE, TRAININGS = ("bc", "cql", "cql-v"), 3
 #: The row of our apprentices, of the same where an action that is chosen again goes on, and of untrained networks.
 OURS, GOING_ON, UNTRAINED = "apprentice that looks", "the same, actions go on", "ppo untrained"
 #: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
@@ -59,7 +60,7 @@ class Team(NamedTuple):
 
 def seeds_of(learner: str) -> range:
     """Seeds of a peer's trainings; of those that learn from our apprentices' logs they are those of the seasons."""
-    return HELD.seasons[:TRAININGS] if learner in OFFLINE else range(2021, 2021 + TRAININGS)
+    return HELD.seasons[:TRAININGS] if learner in OFFLINE else range(2021, 2021 + len(ONLINE[learner]))
 
 
 def networks(data: Path) -> Path:
@@ -85,7 +86,7 @@ def teams(data: Path) -> Iterator[Team]:
             for matches, path in sorted(there.items()):
                 if matches > 0 and (matches in KEPT or matches == max(there)):
                     yield Team(learner, seed, matches, str(path))
-                elif matches == 0 and learner == LONG[0]:
+                elif matches == 0 and learner == "ppo":
                     yield Team(UNTRAINED, seed, 0, str(path))
 
 
