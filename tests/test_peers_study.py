@@ -9,7 +9,7 @@ from studies.looking import STATIC
 from studies.peers import logged, playing
 from studies.peers.network import Network, load
 from studies.peers.playing import chooser, played
-from studies.peers.tables import curve, learners, markdown
+from studies.peers.tables import ahead, curve, learners, markdown
 from studies.peers.teams import OURS
 
 from pipeline.arena.env import BEHAVIOURS
@@ -99,6 +99,19 @@ def test_learners():
     assert (found["ppo"]["difference"], found["ppo"]["trainings"], found["ppo"]["of"]) == (5.0, 2, "trainings")
     assert found["ppo"]["low"] == pytest.approx(5 - 12.706, abs=0.01)
     assert (found[OURS]["low"], found[OURS]["of"]) == (-9.0, "pairs of matches")
+
+
+def test_ahead():
+    """Ours less a peer's after as many matches: pairs of one seed, or all trainings; there is no row of a single one."""
+    common = {"opponent": STATIC, "matches": 140}
+    ours = [{"learner": OURS, "seed": seed, "difference": lead} | common for seed, lead in ((51, 9.0), (52, 13.0), (53, 5.0))]
+    ppo = [{"learner": "ppo", "seed": seed, "difference": lead} | common for seed, lead in ((21, 4.0), (22, 6.0))]
+    bc = [{"learner": "bc", "seed": seed, "difference": lead} | common for seed, lead in ((51, 1.0), (52, 5.0))]
+    found = ahead(pl.DataFrame([*ours, *ppo, *bc])).rows_by_key("learner", named=True, unique=True)
+    assert (found["ppo"]["difference"], found["bc"]["difference"]) == (9 - 5, 11 - 3)
+    assert found["ppo"]["low"] < 0 < found["ppo"]["high"]
+    assert found["bc"]["low"] == found["bc"]["high"] == 8, "each is 8 ahead of that which learned from its log"
+    assert ahead(pl.DataFrame([*ours[:1], *ppo])).is_empty()
 
 
 def test_markdown():

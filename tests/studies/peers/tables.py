@@ -12,12 +12,14 @@ from studies.looking import STATIC
 from studies.peers.teams import ONCE, OURS, WHOLE, Team
 
 from pipeline.arena.teams.panel import PANEL
-from pipeline.statistics import mean_interval
+from pipeline.statistics import mean_interval, welch
 from pipeline.views.plots.style import png
 from schemas.table import called
 
 #: Of what an interval is where there is one training, and how the tables mark it.
 _PAIRS, _ONE = "pairs of matches", "†"
+#: Ticks of the plot; a learner's points lie so many times further right than those of the one before.
+_TICKS, _ASIDE = (20, 40, 80, 140, 280, 560, 1_400, 2_800, 5_600, 12_400), 1.025
 #: What rows are made of: trainings of one learner after as many matches.
 _ROW = ("learner", "matches")
 
@@ -45,6 +47,29 @@ def _learners(results: pl.DataFrame) -> Iterator[dict[str, object]]:
         yield {"learner": learner, "matches": matches, "opponent": opponent, "trainings": own.height,
                "difference": own["difference"].mean(), "low": low, "high": high,
                "of": _PAIRS if found is None else "trainings"}
+
+
+def ahead(results: pl.DataFrame) -> pl.DataFrame:
+    """How far our apprentices are ahead of each peer after as many matches, by their leads over the static team.
+
+    Returns:
+        A row a peer and number of matches: learner, matches, trainings, difference, low, high. Who learned from the
+        logs of our apprentices is compared with these, pair by pair, others with all of them by Welch's interval.
+    """
+    rows = []
+    against = results.filter(pl.col("matches") > 0, opponent=STATIC)
+    for (learner, matches), own in against.filter(pl.col("learner") != OURS).group_by(*_ROW, maintain_order=True):
+        ours = against.filter(learner=OURS, matches=matches)
+        pairs = own.join(ours, on="seed", suffix="_ours")
+        if pairs.height == own.height:
+            ours = ours.filter(pl.col("seed").is_in(own["seed"].to_list()))
+            ends = mean_interval((pairs["difference_ours"] - pairs["difference"]).to_numpy())
+        else:
+            ends = welch(ours["difference"], own["difference"])
+        if ends is not None:
+            rows.append({"learner": learner, "matches": matches, "trainings": own.height,
+                         "difference": ours["difference"].mean() - own["difference"].mean(), "low": ends[0], "high": ends[1]})
+    return pl.DataFrame(rows, infer_schema_length=None)
 
 
 def markdown(found: pl.DataFrame) -> str:
@@ -102,7 +127,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
             against.filter(pl.col("matches") > 0).group_by("learner", maintain_order=True)):
         kind = {"marker": "o" if own.height > 1 else "D", "color": "black" if learner == OURS else f"C{number}",
                 "linewidth": 2.5 if learner == OURS else 1.2}
-        x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
+        x, y = own["matches"] * _ASIDE**number, own["difference"].to_numpy()
         spread = np.where(own["of"] == _PAIRS, 0, [y - own["low"].to_numpy(), own["high"].to_numpy() - y])
         axes.errorbar(x, y, yerr=spread, capsize=2, label=learner, **kind)
     for (learner,), own in against.filter(matches=0).group_by("learner", maintain_order=True):
@@ -112,21 +137,22 @@ def plot(found: pl.DataFrame, path: Path) -> None:
                       fontsize=8, color="grey")
     axes.axhline(0, color="grey", linewidth=0.8)
     axes.set_xscale("log")
-    ticks = sorted(against.filter(pl.col("matches") > 0)["matches"].unique())
-    axes.set_xticks(ticks, [str(tick) for tick in ticks])
+    axes.set_xticks(_TICKS, [f"{tick:,}" for tick in _TICKS])
     axes.minorticks_off()
+    axes.set_ylim(top=30)  # room for the legend
     axes.set_xlabel("matches of eight minutes against the static team")
     axes.set_ylabel("goals a match more than the static team")
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="upper left", ncols=2)
     path.write_bytes(png(figure))
 
 
 def write(out: Path, rows: Sequence[dict[str, object]]) -> None:
-    """Write ``results.csv``, ``learners.csv``, ``table.md`` and ``peers.png``."""
+    """Write ``results.csv``, ``learners.csv``, ``ahead.csv``, ``table.md`` and ``peers.png``."""
     out.mkdir(parents=True, exist_ok=True)
     results = pl.DataFrame(rows, infer_schema_length=None)
     results.write_csv(out / "results.csv", float_precision=2)
     found = learners(results)
     found.write_csv(out / "learners.csv", float_precision=2)
+    ahead(results).write_csv(out / "ahead.csv", float_precision=2)
     (out / "table.md").write_text(f"{markdown(found)}\n{curve(found)}", encoding="utf-8")
     plot(found, out / "peers.png")

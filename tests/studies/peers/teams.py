@@ -34,8 +34,8 @@ ONLINE: dict[str, tuple[int | None, ...]] = {
     "ppo-v": (ONCE, ONCE, ONCE), "dqn-v": (ONCE, ONCE, ONCE)}
 #: Learners that learn from what our apprentice's season logged, and from the logs of how many seasons, one by one.
 OFFLINE, TRAININGS = ("bc", "cql", "cql-v"), 3
-#: The row of our apprentices, of the same where an action that is chosen again goes on, and of untrained networks.
-OURS, GOING_ON, UNTRAINED = "apprentice that looks", "the same, actions go on", "ppo untrained"
+#: Rows of our apprentices, of the same ones where an action that is chosen again goes on, of untrained networks.
+OURS, GOING_ON, UNTRAINED = "apprentice that looks", "apprentice whose actions go on", "ppo untrained"
 #: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
 WHOLE = (0, ONCE, 10 * ONCE)
 
