@@ -71,7 +71,7 @@ STATIC, CONSTANT = "static", "best-constant"
 #: Column of decisions.csv: share of time that is earned (:func:`earned`).
 EARNED = "earned share"
 #: What each role does best for a second among robots that look: ``make trial`` searched for it.
-FOR_A_SECOND = "constant:021/044/044"
+FOR_A_SECOND = "constant:044/011/044"
 USUAL = MatchSettings(referee=RefereeSettings(duration_s=480.0))
 _LATE = USUAL.model_copy(update={"camera": CameraSettings(latency_s=0.1, position_noise=0.01)})
 _TYPICAL = CameraSettings(position_noise=0.003, heading_noise=np.radians(2.0))
