@@ -30,7 +30,7 @@ from studies.looking import seasons as played_seasons
 from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
 from studies.peers.teams import (
-    GOING_ON,
+    ALONE,
     OFFLINE,
     ONCE,
     ONLINE,
@@ -87,7 +87,7 @@ def jobs(data: Path) -> Iterator[tuple[Team, str]]:
     yield from ((team, STATIC) for team in there if team.player != STATIC)
     most = {team.learner: max(own.matches for own in there if own.learner == team.learner) for team in there}
     for team in there:
-        if team.learner != GOING_ON and (team.matches in WHOLE or team.matches == most[team.learner]):
+        if team.learner not in ALONE and (team.matches in WHOLE or team.matches == most[team.learner]):
             yield from ((team, opponent) for opponent in PANEL if opponent not in (STATIC, team.player))
 
 

@@ -36,8 +36,10 @@ ONLINE: dict[str, tuple[int | None, ...]] = {
 OFFLINE, TRAININGS = ("bc", "cql", "cql-v"), 3
 #: Rows of our apprentices, of the same ones where an action that is chosen again goes on, of untrained networks.
 OURS, GOING_ON, UNTRAINED = "apprentice that looks", "apprentice whose actions go on", "ppo untrained"
-#: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
+#: Matches after which teams meet the whole panel, as after the last; after the others they meet the static team.
 WHOLE = (0, ONCE, 10 * ONCE)
+#: Those that meet the static team only.
+ALONE = (GOING_ON, UNTRAINED)
 
 
 class Team(NamedTuple):
