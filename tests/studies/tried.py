@@ -45,19 +45,25 @@ class Kind(NamedTuple):
         return game if self.study == PEERS else (game - 1) * named(self.name).matches_a_game
 
 
-KINDS = (
-    Kind("Sarsa(λ), one state a role (best)", "seasons", "best"),
-    Kind("Sarsa(λ), states of all elements (best-states)", "seasons", "best-states"),
-    Kind("trees on V's change, tries held (looking-held)", PEERS, OURS),
-    Kind("… not held (looking-all)", "imitation", "looking-all"),
-    Kind("… watched actions (looking)", "imitation", "looking"),
-    Kind("… actions appraised by watching (looking-imitates)", "imitation", "looking-imitates"),
-    Kind("behaviour cloning of its log", PEERS, "bc"),
-    Kind("offline Q-learning of its log (CQL), goals", PEERS, "cql"),
-    Kind("the same, V's change", PEERS, "cql-v"),
-    Kind("PPO", PEERS, "ppo"),
-    Kind("DQN", PEERS, "dqn"),
-)
+#: The learner that won.
+WON = Kind("tries held (looking-held)", PEERS, OURS)
+#: All others, by family.
+FAMILIES = {
+    "the paper's learner, Sarsa(λ)": (
+        Kind("one state a role (best)", "seasons", "best"),
+        Kind("states of all elements (best-states)", "seasons", "best-states")),
+    "trees on what V did after an action": (
+        Kind("not held (looking-all)", "imitation", "looking-all"),
+        Kind("watched actions offered (looking)", "imitation", "looking"),
+        Kind("actions appraised by watching (looking-imitates)", "imitation", "looking-imitates")),
+    "libraries' learners": (
+        Kind("PPO", PEERS, "ppo"),
+        Kind("DQN", PEERS, "dqn"),
+        Kind("behaviour cloning of its log", PEERS, "bc"),
+        Kind("CQL of its log, goals", PEERS, "cql"),
+        Kind("CQL of its log, V's change", PEERS, "cql-v")),
+}
+KINDS = (WON, *(kind for kinds in FAMILIES.values() for kind in kinds))
 
 
 def results(folder: Path) -> pl.DataFrame:
@@ -95,23 +101,27 @@ def curves(found: pl.DataFrame) -> pl.DataFrame:
 
 
 def plot(found: pl.DataFrame, path: Path) -> None:
-    """The curves, and bands of their intervals."""
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    axes = figure.subplots()
-    for number, ((kind,), own) in enumerate(found.group_by("kind", maintain_order=True)):
-        x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
-        colour, marker = f"C{number}", "o" if own.height == 1 else None
-        axes.plot(x, y, color=colour, marker=marker, label=str(kind))
-        axes.fill_between(x, own["low"].to_numpy(), own["high"].to_numpy(), color=colour, alpha=0.12, linewidth=0)
-    axes.axhline(0, color="grey", linewidth=0.8)
-    axes.set_ylim(-60, 20)  # bands of the first games, of three seasons, are wider
-    axes.set_xscale("log")
-    ticks = [4, 10, 20, 40, 80, 140, 280, 560, 1_400, 5_600]
-    axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
-    axes.minorticks_off()
-    axes.set_xlabel("matches of eight minutes against the static team")
-    axes.set_ylabel("goals a match more than the static team")
-    axes.legend(fontsize=8)
+    """The curves and bands of their intervals, a panel a family; the learner that won is in each."""
+    figure = Figure(figsize=(13, 5), layout="constrained")
+    panels = figure.subplots(1, len(FAMILIES), sharey=True)
+    for axes, (family, kinds) in zip(panels, FAMILIES.items(), strict=True):
+        for number, kind in enumerate((WON, *kinds)):
+            own = found.filter(kind=kind.said)
+            x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
+            look = {"color": "black" if kind is WON else f"C{number}", "label": kind.said}
+            axes.plot(x, y, marker="o" if own.height == 1 else None, linewidth=2.5 if kind is WON else 1.5, **look)
+            axes.fill_between(x, own["low"].to_numpy(), own["high"].to_numpy(), color=look["color"], alpha=0.12, linewidth=0)
+        axes.axhline(0, color="grey", linewidth=0.8)
+        axes.set_ylim(-60, 30)  # bands of the first games, of three seasons, are wider
+        axes.set_xscale("log")
+        there = found.filter(pl.col("kind").is_in([kind.said for kind in (WON, *kinds)]))["matches"]
+        ticks = [tick for tick in (4, 10, 20, 40, 80, 140, 560, 2_800, 12_400) if there.is_between(tick, tick).any()]
+        axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
+        axes.minorticks_off()
+        axes.set_title(family, fontsize=10)
+        axes.set_xlabel("matches of eight minutes against the static team")
+        axes.legend(fontsize=8, loc="lower right")
+    panels[0].set_ylabel("goals a match more than the static team")
     path.write_bytes(png(figure))
 
 

@@ -139,7 +139,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
     axes.set_xscale("log")
     axes.set_xticks(_TICKS, [f"{tick:,}" for tick in _TICKS])
     axes.minorticks_off()
-    axes.set_ylim(top=30)  # room for the legend
+    axes.set_ylim(top=34)  # room for the legend
     axes.set_xlabel("matches of eight minutes against the static team")
     axes.set_ylabel("goals a match more than the static team")
     axes.legend(fontsize=8, loc="upper left", ncols=2)
@@ -153,6 +153,6 @@ def write(out: Path, rows: Sequence[dict[str, object]]) -> None:
     results.write_csv(out / "results.csv", float_precision=2)
     found = learners(results)
     found.write_csv(out / "learners.csv", float_precision=2)
-    ahead(results).write_csv(out / "ahead.csv", float_precision=2)
+    ahead(results).write_csv(out / "ahead.csv", float_precision=3)
     (out / "table.md").write_text(f"{markdown(found)}\n{curve(found)}", encoding="utf-8")
     plot(found, out / "peers.png")
