@@ -8,7 +8,7 @@ Peers are PPO and DQN of stable-baselines3, which play, and behaviour cloning an
 learn from what our apprentice's season logged. All train against the static team alone. They see what our
 apprentice sees (30 numbers, and the role), decide at its clock (0.2 s), and choose among the 32 behaviours that
 robots have an action for. One network plays all robots of a team. The reward is goals; of ``-v`` it is goals, and
-the change of V (:mod:`studies.peers.worth`); ``cql-v`` learns the change of V a second later, as our learner does.
+the change of V (:mod:`studies.peers.worth`); ``cql-v`` learns the change of V a second later.
 Our apprentices are those of ``looking-held`` (:mod:`studies.looking`), which are offered the same behaviours.
 All teams meet in matches of the same seeds, which are those of that study.
 
