@@ -408,7 +408,7 @@ def test_panel(call, tmp_path):
     rows = [row for row in out.splitlines() if row.startswith("│")]
     assert (code, [row.split()[1] for row in rows]) == (0, list(PANEL))
     assert "0 matches played now, 14 before" in out
-    assert "constant:044: the same team on both sides" in out
+    assert "constant:044 is the same team: its home side is measured" in out
     assert call(*words, "--least-s", "0.4", "--export", tmp_path / "slow")[0] == 0
     (slow,) = (tmp_path / "slow").glob("constant-044-constant-021-*.json")
     settings = json.loads(slow.read_text())["settings"]

@@ -39,7 +39,7 @@ from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
 #: What is said of a team against itself.
-_OF_ITSELF = "A team against itself: its home side, in matches with seeds of their own."
+_OF_ITSELF = "is the same team: its home side is measured, in matches with seeds of their own."
 #: Options: the team that is measured, and its opponent.
 WhoIsMeasured = Annotated[str, Parameter(help=f"Team to measure: {TEAM_WORDS}.")]
 Against = Annotated[str, Parameter(help=(
@@ -169,7 +169,7 @@ def _print(one: _Measurement) -> None:
     console().print(f"{one.played} matches played now, {summary.matches - one.played} before;"
                     f" intervals are over {summary.pairs} pair{'s' if summary.pairs > 1 else ''}.")
     if one.evaluation.of_itself:
-        console().print(_OF_ITSELF)
+        console().print(f"{summary.opponent} {_OF_ITSELF}")
     print_stand_in(summary.team, summary.opponent)
 
 
@@ -188,7 +188,7 @@ def _print_panel(measured: Sequence[_Measurement]) -> None:
                     " 95 % interval by itself.")
     for one in measured:
         if one.evaluation.of_itself:
-            console().print(f"{one.summary.opponent}: {_OF_ITSELF}")
+            console().print(f"{one.summary.opponent} {_OF_ITSELF}")
     print_stand_in(*(one.summary.opponent for one in measured), first.team)
 
 
