@@ -74,7 +74,7 @@ def test_fair(codes):
 def test_file():
     """The file has the team that won the final. All that searches found, and constant:044, were in it.
 
-    Each search had the time of play of an apprentice. Two thirds had the clock of an apprentice.
+    Each search had the time of play of an apprentice, and its own clock throughout.
     """
     final, searches = (pl.read_csv(RESULTS / name) for name in ("final.csv", "searches.csv"))
     entered = set(final.select("team", "clock").rows())

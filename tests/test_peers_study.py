@@ -8,7 +8,7 @@ import pytest
 from studies.looking import STATIC
 from studies.peers import logged, playing
 from studies.peers.network import Network, load
-from studies.peers.playing import chooser, played
+from studies.peers.playing import by_network, played
 from studies.peers.tables import ahead, curve, learners, markdown
 from studies.peers.teams import OURS
 
@@ -41,7 +41,7 @@ def test_played(tmp_path, monkeypatch):
     """A network plays pairs of matches once; what was played is there the next time, and no other team's."""
     path = tmp_path / "network.npz"
     Network((np.zeros((33, 32), dtype=np.float32),), (np.eye(32, dtype=np.float32)[0],), "relu").save(path)
-    choose = chooser(str(path), 3)
+    choose = by_network(path)
     found = played("one", choose, "best-constant", [3], tmp_path)
     assert found.columns == ["seed", "difference"]
     assert found["difference"].item() < 0, "it does the same all the time"

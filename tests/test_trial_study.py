@@ -102,6 +102,7 @@ def test_seconds_of_a_match(appraiser):
     assert rows.height % 3 == 0
     assert 2 * 480 * 3 * 0.8 < rows.height <= 2 * 480 * 3
     assert rows.group_by("way").len()["len"].min() > 0.28 * rows.height
+    assert rows["change"].is_between(-2, 2).all()
     team = rows["change"].to_numpy().reshape(-1, 3)
     assert (team == team[:, :1]).all()
     assert 0 < rows["first"].sum() < rows.height / 4

@@ -47,7 +47,7 @@ class Control(NamedTuple):
 
 
 def control(trajectories: pl.DataFrame, pitch: Pitch) -> Control:
-    """Who controls the ball of one match.
+    """Control of the ball in one match.
 
     Args:
         trajectories: rows of schema Trajectories of one match.

@@ -1,4 +1,4 @@
-"""What stands between the ball and the adversary's goal."""
+"""Robots that stand between the ball and the adversary's goal."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def _angle(to_x: F64, y: F64, half_goal: float) -> F64:
 
 
 def _scored(last: I64, aimed: Bools, control: Control, over: pl.DataFrame, soon_ns: int) -> Bools:
-    """Which touches the goals came of, [n]: at most one a goal, the last that is aimed.
+    """Mask of the touches that goals came of, [n]: at most one a goal, the last that is aimed.
 
     The direction is enough, whatever the speed: :mod:`pipeline.goals` tells so whose goal it is.
     """
@@ -175,7 +175,7 @@ def _scored(last: I64, aimed: Bools, control: Control, over: pl.DataFrame, soon_
 def _outcomes(
     last: I64, following: I64, on_target: Bools, scored: Bools, control: Control, trajectories: pl.DataFrame
 ) -> tuple[pl.Series, pl.Series]:
-    """What came of shots, and whose robot stopped them: columns outcome and by of schema Shots, [n] each."""
+    """Outcomes of shots, and who stopped them: columns outcome and by of schema Shots, [n] each."""
     contacts, toucher, ball = control.contacts, control.toucher, control.ball
     touched = following != NOBODY
     team, other = contacts.team[toucher[last]], contacts.team[toucher[following]]

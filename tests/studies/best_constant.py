@@ -8,8 +8,8 @@ beside each, 140 matches of 8 minutes against the static team. One search is a l
 that apprentice's clock, three with the paper's, and three with one for a team that looks, which decides each 0.2 s.
 For a constant team that is to decide at once when the ball is won or lost, when a role changes and when its action is
 over. Between these it has nothing to choose; but whom an action is done to stays as it was. What they find, and
-``constant:044``, then play 100 matches of 8 minutes against the static team. All together is 16 times the play of an apprentice: that favours the control.
-The seeds are used for nothing else.
+``constant:044``, then play 100 matches of 8 minutes against the static team. All together is 16 times the play of an
+apprentice: that favours the control. The seeds are used for nothing else.
 
 A search has four stages of the same time. The first compares the teams whose robots all take one code. Each later
 one compares the codes of one role, striker, midfield, goalkeeper, given the best codes of the others so far. In a

@@ -35,8 +35,8 @@ def main(folder: Path, data: Path) -> None:
     rows.write_csv(folder / "sensitivity.csv", float_precision=4)
     text = "\n\n".join((
         "# Sensitivity: the paper's seasons with one setting changed",
-        (f"Made by {RELEASE} with `make sensitivity` (40 minutes on two free cores). Intervals are 95 % intervals (Student) over seasons. Each"
-         " is one by itself: one in twenty differs by chance."),
+        (f"Made by {RELEASE} with `make sensitivity` (40 minutes on two free cores). Intervals are 95 % intervals"
+         " (Student) over seasons. Each is one by itself: one in twenty differs by chance."),
         f"**{STAND_IN}.**", *about_sensitivity(games, growth),
     ))
     (folder / "README.md").write_text(f"{text}\n", encoding="utf-8")

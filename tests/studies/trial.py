@@ -120,8 +120,9 @@ class Chooser:
 
     def keep(self, sights: F32, roles: I64) -> None:
         """Keep what robots saw in play, float32 [n, 30], of roles, int64 [n], for blind ones to look at."""
-        for role, kept in enumerate(self._seen):
-            self._seen[role] = np.concatenate([kept, sights[roles == role]])[-_KEPT:]
+        if BLIND in self._ways:
+            for role, kept in enumerate(self._seen):
+                self._seen[role] = np.concatenate([kept, sights[roles == role]])[-_KEPT:]
 
     def anew(self, ways: I64) -> npt.NDArray[np.bool_]:
         """Whether robots begin what they choose anew at each step, bool [n]: constants go on."""

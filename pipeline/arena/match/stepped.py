@@ -82,7 +82,7 @@ class SteppedMatch:
             own.begin_anew(those)
 
     def sights(self) -> F32:
-        """What all robots of each driven team see, float32 [driven teams times N, 33].
+        """Sights of all robots of each driven team, float32 [driven teams times N, 33].
 
         The rows are vectors of :mod:`pipeline.arena.match.sighted`, in an array of their own.
         """
@@ -91,7 +91,7 @@ class SteppedMatch:
         return out
 
     def observe(self, robots: int) -> F32:
-        """What the first robots of each driven team see, float32 [driven teams times robots, 14 N + 7].
+        """Observations of each driven team's first robots, float32 [driven teams times robots, 14 N + 7].
 
         The rows are vectors of :mod:`pipeline.arena.match.observation`, in an array of their own.
         """

@@ -1,4 +1,4 @@
-"""What an environment's ``render`` shows of its matches: pictures, or a window in real time."""
+"""Rendering of an environment's matches: pictures, or a window in real time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SIZE = (640, 560)
 
 
 class Rendering:
-    """What ``render`` shows of one match after another.
+    """Pictures, or a window, of one match after another.
 
     Args:
         mode: ``rgb_array``, ``human`` or None.

@@ -25,8 +25,7 @@ from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, ThreadPoolE
 from multiprocessing import get_context
 from pathlib import Path
 
-from studies.looking import HELD, STATIC
-from studies.looking import seasons as played_seasons
+from studies.looking import HELD, STATIC, seasons
 from studies.peers.logged import decisions_of, export
 from studies.peers.tables import row, write
 from studies.peers.teams import (
@@ -44,11 +43,6 @@ from studies.peers.teams import (
 
 from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
-
-
-def prepared(data: Path) -> None:
-    """Play the seasons of our apprentices to their ends."""
-    played_seasons([HELD.panel], data)
 
 
 def trainings(data: Path, minutes: float) -> Iterator[list[str]]:
@@ -104,7 +98,7 @@ def main() -> None:
     given = said.parse_args()
     pairs = HELD.seeds[: given.pairs]
     if given.only is None:
-        prepared(given.data)
+        seasons([HELD.panel], given.data)
         environment = os.environ | {"PYTHONPATH": "tests"}
         with ThreadPoolExecutor(given.processes) as trainers:
             begun = [trainers.submit(subprocess.run, each, check=True, env=environment)

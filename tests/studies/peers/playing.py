@@ -61,12 +61,15 @@ def differences(choose: Choose, opponent: str, seeds: Sequence[int]) -> pl.DataF
     return pl.DataFrame({"seed": list(seeds), "difference": found.reshape(-1, len(SIDES)).mean(axis=1)})
 
 
-def chooser(team: str, seed: int) -> Choose:
-    """Who chooses the actions of a team: a network, by its path, or chance, for :data:`ANY`."""
-    if team == ANY:
-        rng = np.random.default_rng(seed)
-        return lambda _, seen: rng.integers(len(BEHAVIOURS), size=sum(map(len, seen)))
-    network = load(Path(team))
+def by_chance(seed: int) -> Choose:
+    """Chance chooses, from a seed."""
+    rng = np.random.default_rng(seed)
+    return lambda _, seen: rng.integers(len(BEHAVIOURS), size=sum(map(len, seen)))
+
+
+def by_network(path: Path) -> Choose:
+    """A network that was kept chooses."""
+    network = load(path)
     return lambda _, seen: network.choose(np.array([vector for each in seen for vector in each.values()]))
 
 

@@ -62,13 +62,14 @@ def ahead(results: pl.DataFrame) -> pl.DataFrame:
         ours = against.filter(learner=OURS, matches=matches)
         pairs = own.join(ours, on="seed", suffix="_ours")
         if pairs.height == own.height:
-            ours = ours.filter(pl.col("seed").is_in(own["seed"].to_list()))
-            ends = mean_interval((pairs["difference_ours"] - pairs["difference"]).to_numpy())
+            leads = pairs["difference_ours"]
+            ends = mean_interval((leads - pairs["difference"]).to_numpy())
         else:
-            ends = welch(ours["difference"], own["difference"])
+            leads = ours["difference"]
+            ends = welch(leads, own["difference"])
         if ends is not None:
             rows.append({"learner": learner, "matches": matches, "trainings": own.height,
-                         "difference": ours["difference"].mean() - own["difference"].mean(), "low": ends[0], "high": ends[1]})
+                         "difference": leads.mean() - own["difference"].mean(), "low": ends[0], "high": ends[1]})
     return pl.DataFrame(rows, infer_schema_length=None)
 
 

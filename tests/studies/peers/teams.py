@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 from studies.looking import HELD, STATIC, USUAL, of_pairs
-from studies.peers.playing import ANY, KEPT, Choose, Observed, chooser, played
+from studies.peers.playing import ANY, KEPT, Choose, Observed, by_chance, by_network, played
 from studies.trial import LOOKS, Chooser, Seen
 
 from flows.evaluations import evaluate, stored
@@ -98,10 +98,10 @@ def measured(data: Path, team: Team, opponent: str, seeds: Sequence[int], there:
     Pairs that were not played before are played, unless ``there``: then they have no row.
     """
     if team.player == ANY:
-        return played(ANY, chooser(ANY, seeds[0]), opponent, seeds, data, there)
+        return played(ANY, by_chance(seeds[0]), opponent, seeds, data, there)
     if team.player.endswith(".npz"):
-        kept = digest(Path(team.player).read_bytes())
-        return played(kept, chooser(team.player, seeds[0]), opponent, seeds, data, there)
+        path = Path(team.player)
+        return played(digest(path.read_bytes()), by_network(path), opponent, seeds, data, there)
     if team.learner == GOING_ON:
         return played(*going_on(data, team.player), opponent, seeds, data, there)
     store, policies = Store(data), dict[str, PolicyTables]()
