@@ -13,10 +13,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from flows.child import collect_rarely, hush
 from flows.interrupt import interruptible
 from pipeline import __version__
-from pipeline.errors import PitchloreError, in_one_line
+from pipeline.base.errors import PitchloreError, in_one_line
+from pipeline.engine.child import collect_rarely, hush
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -332,7 +332,7 @@ def _unforeseen(error: Exception) -> str:
                 "this folder: prefect.toml, pyproject.toml or .env.")
     from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
 
-    from pipeline.toml import unfit  # noqa: PLC0415
+    from pipeline.base.toml import unfit  # noqa: PLC0415
 
     if isinstance(error, ValidationError):
         return str(unfit(error, error.title, "Mend the option or the file that gives it"))

@@ -13,16 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from flows.interrupt import until_stopped
-from flows.matches import INBOX, PLAYING
-from pipeline.arrays import F64
+from pipeline.engine.matches import INBOX, PLAYING
+from pipeline.game.pitch import PITCHES, Kind, Pitch
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LeagueName, channels
 from pipeline.importers.source import slug
 from pipeline.live.driver import Driver, Job, commands_of
 from pipeline.live.frames import pitch_of
 from pipeline.live.screening import Screen
 from pipeline.live.sockets import Receiver, Sender
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LeagueName, channels
-from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.numbers.arrays import F64
 from pipeline.store import Store
 
 #: How long an SSL match may be without geometry before its pitch is the league's, seconds.

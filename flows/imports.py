@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from flows.history import LOG, noted
 from flows.jobs import run_pieces
-from flows.lacking import remarks
-from flows.matches import Recording, import_recording, inbox, strangers, useless
-from flows.placement.crew import crew
-from flows.placement.places import placed
-from flows.progress import StageReport
 from flows.pruning import prune_or_say
 from flows.tasks import conclude, data_folder, our_flow
+from pipeline.engine.history import LOG, noted
+from pipeline.engine.lacking import remarks
+from pipeline.engine.matches import Recording, import_recording, inbox, strangers, useless
+from pipeline.engine.placement.crew import crew
+from pipeline.engine.placement.places import placed
+from pipeline.engine.progress import StageReport
 from pipeline.settings import HistorySettings, ImportSettings
 from pipeline.store import Store
 

@@ -11,11 +11,11 @@ from prefect.client.schemas.objects import State, TaskRun
 from prefect.futures import PrefectFuture, as_completed
 from prefect.utilities.annotations import quote
 
-from flows.costs import Costed, costed
-from flows.placement.crew import crew
-from flows.placement.pieces import Failure, Part, Pieces, parted
-from flows.progress import StageReport, listener
-from pipeline.errors import in_one_line
+from pipeline.base.errors import in_one_line
+from pipeline.engine.costs import Costed, costed
+from pipeline.engine.placement.crew import crew
+from pipeline.engine.placement.pieces import Failure, Part, Pieces, parted
+from pipeline.engine.progress import StageReport, listener
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -60,7 +60,8 @@ def carried_out(
         at_once: most pieces of a task.
 
     Yields:
-        Label and result of each piece, or its :class:`flows.placement.pieces.Failure`, as tasks end.
+        Label and result of each piece, or its :class:`pipeline.engine.placement.pieces.Failure`, as tasks
+        end.
 
     Raises:
         PitchloreError: by which all others would fail, too: the cluster or the bucket cannot be used.

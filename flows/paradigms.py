@@ -6,12 +6,12 @@ import polars as pl
 from pydantic import BaseModel
 
 from flows.jobs import run_pieces
-from flows.outputs import digests, need, refusing
-from flows.placement.crew import crew
-from flows.placement.places import placed
-from flows.progress import StageReport
-from flows.stages import STAGES
 from flows.tasks import conclude, data_folder, our_flow
+from pipeline.engine.outputs import digests, need, refusing
+from pipeline.engine.placement.crew import crew
+from pipeline.engine.placement.places import placed
+from pipeline.engine.progress import StageReport
+from pipeline.engine.stages import STAGES
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.work import Made, Work

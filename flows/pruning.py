@@ -22,7 +22,7 @@ from prefect.client.schemas.objects import TERMINAL_STATES
 from prefect.client.schemas.sorting import FlowRunSort
 from prefect.exceptions import ObjectNotFound
 
-from pipeline.errors import in_one_line
+from pipeline.base.errors import in_one_line
 from pipeline.settings import HistorySettings
 
 #: Version of all our flows, by which their runs are known in the database. Other people's have another.

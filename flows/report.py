@@ -8,12 +8,13 @@ from typing import NamedTuple
 import polars as pl
 from pydantic import ValidationError
 
-from flows.catalog import Vouched, look
-from flows.outputs import refusing
-from flows.stages import STAGES
-from flows.teams import Player, apprentice, entrant, labelled
 from pipeline import arena
-from pipeline.errors import NotFound, PitchloreError
+from pipeline.base.errors import NotFound, PitchloreError
+from pipeline.base.toml import Frozen
+from pipeline.engine.catalog import Vouched, look
+from pipeline.engine.outputs import refusing
+from pipeline.engine.stages import STAGES
+from pipeline.engine.teams import Player, apprentice, entrant, labelled
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, Receipt
 from pipeline.store.work import Made
@@ -27,7 +28,6 @@ from pipeline.studies.seasons.sensitivity import varied
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.summary import beside_table_3, curves
 from pipeline.studies.seasons.table3 import CHANGE
-from pipeline.toml import Frozen
 from pipeline.views.plots import seasons as plots
 from pipeline.views.plots.style import png
 from schemas import Claims, Evaluations, Games, Growth

@@ -3,16 +3,16 @@
 from pathlib import Path
 from typing import Any
 
-from flows.catalog import refresh_after
-from flows.history import noted
 from flows.imports import import_all
-from flows.matches import Recording
-from flows.placement.places import placed
 from flows.pruning import prune_or_say
-from flows.scouting.write import write_after
 from flows.tasks import Runner, our_flow, show, swept
-from flows.update import look_for_damage
+from pipeline.engine.catalog import refresh_after
+from pipeline.engine.history import noted
+from pipeline.engine.matches import Recording
+from pipeline.engine.placement.places import placed
+from pipeline.engine.update import look_for_damage
 from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
+from pipeline.views.scout.content.write import write_after
 
 
 @our_flow(name="run")

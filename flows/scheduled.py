@@ -8,11 +8,11 @@ from prefect import runtime
 from prefect.client.schemas.objects import State
 from prefect.states import Completed, Failed
 
-from flows.child import belong
-from flows.progress import RunReport
 from flows.run import run_flow
 from flows.tasks import flow_of, our_flow
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.child import belong
+from pipeline.engine.progress import RunReport
 from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
@@ -38,7 +38,7 @@ def scheduled_run(
         settings: of the stages.
         train: whether to train a policy when the knowledge is new.
         limits: what reading a recording may cost.
-        on: where work is done, as for :func:`flows.placement.places.place_of`.
+        on: where work is done, as for :func:`pipeline.engine.placement.places.place_of`.
         history: how much of past runs is remembered.
         scout: whether the scout's pages follow.
 

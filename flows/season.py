@@ -1,6 +1,6 @@
 """The loop of the paper's Figure 2: play, watch the adversary, recognise, know, learn, play again.
 
-Seasons are played game by game (:mod:`flows.games`), as many at once as there are workers.
+Seasons are played game by game (:mod:`pipeline.engine.games`), as many at once as there are workers.
 """
 
 from collections.abc import Iterator
@@ -9,14 +9,14 @@ from typing import Any
 
 from prefect.futures import PrefectFuture, as_completed
 
-from flows.catalog import refresh_into
-from flows.games import NOUN, Turn, next_of, take
 from flows.jobs import stage_task
-from flows.placement.crew import Crew
-from flows.placement.places import placed
-from flows.progress import StageReport, listener
 from flows.tasks import data_folder, our_flow, show
-from pipeline.errors import PitchloreError, in_one_line
+from pipeline.base.errors import PitchloreError, in_one_line
+from pipeline.engine.catalog import refresh_into
+from pipeline.engine.games import NOUN, Turn, next_of, take
+from pipeline.engine.placement.crew import Crew
+from pipeline.engine.placement.places import placed
+from pipeline.engine.progress import StageReport, listener
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season
 
@@ -40,7 +40,7 @@ def season_flow(
         data: the data folder.
         seasons: seasons to play.
         discard: delete the logs and tables of a game after learning from it, except its sides and decisions.
-        on: where games are played, as for :func:`flows.placement.places.place_of`.
+        on: where games are played, as for :func:`pipeline.engine.placement.places.place_of`.
     """
     store = data_folder(data)
     report = StageReport(noun=NOUN)

@@ -20,7 +20,7 @@ from typing import IO, NamedTuple
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from flows.server_process import TAKEN
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
 from pipeline.store.files import Files
 from pipeline.store.sealed import pretty
 

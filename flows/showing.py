@@ -13,15 +13,15 @@ from threading import Thread
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from flows.child import belong
 from pipeline.arena.window import board_class
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
+from pipeline.drawing.painting import Snapshot
+from pipeline.engine.child import belong
+from pipeline.game.pitch import PITCHES, Kind
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LeagueName, channels
 from pipeline.live.following import Follower, Glimpse, prepare
 from pipeline.live.status import Status
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LeagueName, channels
-from pipeline.painting import Snapshot
-from pipeline.pitch import PITCHES, Kind
 from schemas import SIDES
 
 if TYPE_CHECKING:

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from flows.interrupt import until_stopped
-from flows.record import recording
 from pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe
-from pipeline.bodies import see
+from pipeline.engine.record import recording
+from pipeline.game.bodies import see
+from pipeline.importers.packets.streams import LEAGUES, Stream
 from pipeline.live.encoding import (
     BLUE,
     GAME_ON,
@@ -27,7 +28,6 @@ from pipeline.live.encoding import (
 from pipeline.live.remote import RemoteController, asked
 from pipeline.live.sockets import Receiver, Sender
 from pipeline.matches.frame import AWAY, HOME
-from pipeline.packets.streams import LEAGUES, Stream
 from pipeline.store import Store
 
 #: The streams of a VSSS simulator: it sends vision and the referee's commands, and listens to commands.

@@ -1,7 +1,8 @@
 """The games of a season that a person plays now, one after the other, in a window.
 
-The counted match of a game is played at its real pace. What follows is as in any season (:mod:`flows.games`).
-A game that is left before its end is not counted: its log is set aside, and the game is played anew.
+The counted match of a game is played at its real pace. What follows is as in any season
+(:mod:`pipeline.engine.games`). A game that is left before its end is not counted: its log is set aside, and
+the game is played anew.
 """
 
 from __future__ import annotations
@@ -9,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from flows.games import LEFT, NOUN, Turn, learn, next_of, play, store_of
-from flows.matches import PLAYING
 from flows.person import PersonMatch
-from flows.progress import StageReport
-from flows.record import recorded, recording
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.games import LEFT, NOUN, Turn, learn, next_of, play, store_of
+from pipeline.engine.matches import PLAYING
+from pipeline.engine.progress import StageReport
+from pipeline.engine.record import recorded, recording
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season
 from schemas import Matches
@@ -57,14 +58,14 @@ def sit(
         season: season against a person.
         window: the window.
         most: number of games that are enough; None: all.
-        discard: as for :func:`flows.games.learn`.
+        discard: as for :func:`pipeline.engine.games.learn`.
         say: takes lines for the person.
 
     Returns:
         The games that were played and learned from.
 
     Raises:
-        BadSettings: as for :func:`flows.games.done` and :func:`check_person_can_play`.
+        BadSettings: as for :func:`pipeline.engine.games.done` and :func:`check_person_can_play`.
     """
     check_person_can_play(season)
     report = StageReport(noun=NOUN)

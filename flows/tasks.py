@@ -15,23 +15,23 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
-from flows import knowledge, policies
-from flows.catalog import look, refresh_into
-from flows.costs import Cost, Spent, spending
-from flows.history import LOG, noted
 from flows.jobs import carried_out, stage_task
-from flows.lacking import lacking
-from flows.making import Outcome, make
-from flows.placement.crew import crew
-from flows.placement.pieces import Failure
-from flows.placement.places import placed
-from flows.progress import RunReport, StageReport, listener
 from flows.pruning import OURS, prune_or_say
-from flows.stage import Output, Per, Scope, Stage
-from flows.stages import STAGES
-from flows.update import bring, bring_up_to_date, scope_of
-from flows.versions import emit
-from pipeline.errors import NotFound, in_one_line
+from pipeline.base.errors import NotFound, in_one_line
+from pipeline.engine import knowledge, policies
+from pipeline.engine.catalog import look, refresh_into
+from pipeline.engine.costs import Cost, Spent, spending
+from pipeline.engine.history import LOG, noted
+from pipeline.engine.lacking import lacking
+from pipeline.engine.making import Outcome, make
+from pipeline.engine.placement.crew import crew
+from pipeline.engine.placement.pieces import Failure
+from pipeline.engine.placement.places import placed
+from pipeline.engine.progress import RunReport, StageReport, listener
+from pipeline.engine.stage import Output, Per, Scope, Stage
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import bring, bring_up_to_date, scope_of
+from pipeline.engine.versions import emit
 from pipeline.settings import HistorySettings, Settings
 from pipeline.store import Store
 from pipeline.store.paths import check_root

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from flows.interrupt import until_stopped
-from flows.matches import INBOX, WATCHING
+from pipeline.engine.matches import INBOX, WATCHING
+from pipeline.importers.packets.recorder import Packet, PacketRecorder
+from pipeline.importers.packets.streams import LeagueName, Stream
 from pipeline.live.screening import Screen
 from pipeline.live.sockets import Receiver
 from pipeline.live.status import Status
-from pipeline.packets.recorder import Packet, PacketRecorder
-from pipeline.packets.streams import LeagueName, Stream
 from pipeline.store import Store
 
 #: How often what arrived is handed to the system: a kill loses no more than came since then.

@@ -14,10 +14,10 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.arrays import I64, Bools
-from pipeline.league import League, Sides
-from pipeline.sums import exact
-from pipeline.windows import instances
+from pipeline.numbers.arrays import I64, Bools
+from pipeline.numbers.sums import exact
+from pipeline.sequences.league import League, Sides
+from pipeline.sequences.windows import instances
 from schemas import Decisions
 
 _ORDER = ("match_id", "team", "robot", "t_ns")
@@ -30,7 +30,7 @@ def decide(
     """The decisions of all matches: logged ones for a team that has any, observed ones for the others.
 
     Args:
-        sequences: as for :class:`pipeline.league.League`.
+        sequences: as for :class:`pipeline.sequences.league.League`.
         sides: as for it.
         patterns: rows of schema Patterns, of all rounds and teams.
         choices: rows of schema Choices of these matches.
@@ -132,8 +132,8 @@ def resolve(sequence: pl.DataFrame, patterns: pl.DataFrame) -> tuple[I64, I64, I
     instances of one length the earliest is kept.
 
     Args:
-        sequence: a sequence of situations (:mod:`pipeline.windows`).
-        patterns: as for :func:`pipeline.windows.instances`.
+        sequence: a sequence of situations (:mod:`pipeline.sequences.windows`).
+        patterns: as for :func:`pipeline.sequences.windows.instances`.
 
     Returns:
         Rows of each instance's first situation, increasing, of its last, and of its behaviour in the

@@ -9,11 +9,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.game.touches import FLICKER, BallInPlay, Touches, touches
 from pipeline.matches.frame import HOME
-from pipeline.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import I64
 from pipeline.settings import GoalSettings
-from pipeline.touches import FLICKER, BallInPlay, Touches, touches
 from schemas import SIDES, Goals
 
 Kind = Literal["direct", "indirect", "error"]

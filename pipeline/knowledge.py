@@ -8,11 +8,11 @@ from itertools import chain
 
 import polars as pl
 
-from pipeline.estimates import estimated
+from pipeline.numbers.estimates import estimated
+from pipeline.numbers.sums import added_up, exact
 from pipeline.settings import KnowledgeSettings
+from pipeline.sides.teams import Team, as_of, of_teams
 from pipeline.state import project
-from pipeline.sums import added_up, exact
-from pipeline.teams import Team, as_of, of_teams
 from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
 from schemas.behaviours import moves_randomly
 
@@ -53,7 +53,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
     """Merge behaviours of several versions into those of one.
 
     Support and mean are exactly those over the instances of all parts: sums of values are multiples of
-    ``pipeline.sums.QUANTUM``, and rounding recovers them (below a support of about a million). So
+    ``pipeline.numbers.sums.QUANTUM``, and rounding recovers them (below a support of about a million). So
     merging in steps equals merging at once. The spread is pooled by the law of total variance. All else is
     the mean over the instances, but for the error and the interval, which get narrower as those of the mean
     of independent estimates do.

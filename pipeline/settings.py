@@ -11,8 +11,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from pipeline.pitch import Kind
-from pipeline.toml import Frozen, fitted, tables
+from pipeline.base.toml import Frozen, fitted, tables
+from pipeline.game.pitch import Kind
 from schemas.table import KEYS, Key, Side
 
 
@@ -300,7 +300,7 @@ class KnowledgeSettings(Frozen):
             coarser than ``state_key``. A player uses them where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
         imitate: team or pool whose behaviours policies choose from; not given: that of most matches, see
-            ``pipeline.teams.imitated``. Its occasions also hold the states in which a player decided.
+            ``pipeline.sides.teams.imitated``. Its occasions also hold the states in which a player decided.
         own: actions that a state gets because a player decided in it. "nothing": none. "moves randomly":
             that action (paper section 4: "all the new states have the action moving randomly"; there,
             states grow while playing and training, actions in training only). "chosen": also the chosen

@@ -127,7 +127,7 @@ class Shots(Table):
 class Pressure(Table):
     """One robot that presses the one with the ball. Sorted by team, robot, start_ns.
 
-    A robot presses while it is within the league's CLOSE (pipeline.pitch) of an adversary that touches the
+    A robot presses while it is within the league's CLOSE (pipeline.game.pitch) of an adversary that touches the
     ball. Football's event data (StatsBomb) take five yards of a person.
     """
 

@@ -18,12 +18,12 @@ from support.sessions import EMPTY, FOLDER, HOME, QUIET, SERVED, keep_migrated, 
 
 import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
 from flows import serving
-from flows.child import collect_rarely
-from flows.placement.crew import cores
 from flows.server import DATABASE, START_S, Process
+from pipeline.engine.child import collect_rarely
+from pipeline.engine.placement.crew import cores
 
 if TYPE_CHECKING:
-    from flows.progress import RunReport
+    from pipeline.engine.progress import RunReport
 
 collect_rarely()
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
@@ -135,7 +135,7 @@ def store(tmp_path_factory):
 @pytest.fixture(scope="session")
 def pages(store):
     """The scout's pages of that league."""
-    from flows.scouting.write import write
+    from pipeline.views.scout.content.write import write
 
     return write(store)
 
@@ -226,8 +226,8 @@ def fill(data: Path, clips: Path) -> None:
 
 def run(data: Path, **options) -> RunReport:
     """One run of all stages."""
-    from flows.progress import RunReport
     from flows.run import run_flow
+    from pipeline.engine.progress import RunReport
 
     return RunReport.model_validate(run_flow(data, **options))
 

@@ -17,8 +17,8 @@ USE = """
 import sys
 from pathlib import Path
 from golden import cases
-from flows.catalog import catalog_path, forget_match, refresh
-from flows.stages import STAGES
+from pipeline.engine.catalog import catalog_path, forget_match, refresh
+from pipeline.engine.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.query import ask
@@ -64,7 +64,7 @@ def test_no_list_is_extended_twice(tree):
     folder, _, _ = tree
     assert (folder / "schemas/__init__.py").read_text().count("sprints") == 1
     assert (folder / "pipeline/settings.py").read_text().count("sprints:") == 1
-    assert (folder / "flows/stages.py").read_text().count('"sprints"') == 1
+    assert (folder / "pipeline/engine/stages.py").read_text().count('"sprints"') == 1
 
 
 def test_it_is_a_stage_like_any_other(tree):

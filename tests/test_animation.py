@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 from test_replay import match, situations, trajectories
 
-from pipeline.errors import BadSettings, NotFound
-from pipeline.pitch import PITCHES, Kind
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.views.replay.animation import animation
 from schemas import Referee, Situations
 

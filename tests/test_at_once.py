@@ -19,11 +19,11 @@ from typing import IO
 import pytest
 from conftest import ROOT
 
-from flows.catalog import forget_match, refresh
-from flows.stage import Output, Scope
-from flows.stages import STAGES
-from flows.verify import verify_all
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.catalog import forget_match, refresh
+from pipeline.engine.stage import Output, Scope
+from pipeline.engine.stages import STAGES
+from pipeline.engine.verify import verify_all
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.query import ask

@@ -11,7 +11,6 @@ import pytest
 from conftest import ROOT
 from studies.best_constant import BUDGET_MINUTES, CLOCKS, FINAL_SEEDS, SEARCHES, difference, search
 
-from flows.teams import entrant
 from pipeline.arena.match.environment import EnvSettings
 from pipeline.arena.match.sides import Sides
 from pipeline.arena.teams import constant as constants
@@ -19,6 +18,7 @@ from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant, clock_of
 from pipeline.arena.teams.executors.actions import CODES
 from pipeline.arena.teams.panel import PANEL
+from pipeline.engine.teams import entrant
 from pipeline.store import Store
 from schemas import ROLES
 

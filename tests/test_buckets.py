@@ -29,11 +29,11 @@ from support.processes import eventually
 
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
-from flows.catalog import distrust, look, refresh
-from flows.matches import Recording, import_recording, inbox
-from flows.stages import STAGES
-from flows.verify import verify_all
-from pipeline.errors import BadSettings, NotFound, Overtaken, StorageFailed
+from pipeline.base.errors import BadSettings, NotFound, Overtaken, StorageFailed
+from pipeline.engine.catalog import distrust, look, refresh
+from pipeline.engine.matches import Recording, import_recording, inbox
+from pipeline.engine.stages import STAGES
+from pipeline.engine.verify import verify_all
 from pipeline.store import Store, buckets, claims, leftovers, mirrors
 from pipeline.store.leftovers import prune_versions
 from pipeline.store.query import ask

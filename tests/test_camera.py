@@ -17,8 +17,8 @@ from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.camera import Camera, CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.pitch import PITCHES, Kind
 
 VSSS = PITCHES[Kind.VSSS]
 HZ = 60.0

@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 from support.outputs import put_goal
 
-from flows.catalog import catalog_path, refresh
-from pipeline.errors import BadQuery, NotFound
+from pipeline.base.errors import BadQuery, NotFound
+from pipeline.engine.catalog import catalog_path, refresh
 from pipeline.store import Store
 from pipeline.store.query import ask
 from schemas import PUBLIC

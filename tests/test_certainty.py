@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_policies import GUIDE, KICK, PLAIN, decisions, occasions
 
+from pipeline.numbers.statistics import welch, welch_of
 from pipeline.policies.certainty import returns_of, states_of
 from pipeline.policies.returns import by_pair, returns, together
 from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED
@@ -18,7 +19,6 @@ from pipeline.state import encode
 from pipeline.state.keys import columns
 from pipeline.state.table import LEVELS, TABLE
 from pipeline.state.words import elements_of, levels_of, named
-from pipeline.statistics import welch, welch_of
 from schemas import KEYS, Policies, Returns, States
 from schemas.policies import FEW
 

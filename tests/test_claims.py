@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy import stats
 from support.points import curve, over_decays, point, table
 
-from pipeline.errors import SchemaMismatch
-from pipeline.statistics import (
+from pipeline.base.errors import SchemaMismatch
+from pipeline.numbers.statistics import (
     UNDEFINED,
     Estimate,
     difference,

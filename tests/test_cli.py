@@ -26,7 +26,7 @@ from flows.commands.run import run as run_command
 from flows.commands.situations import situations as situations_command
 from pipeline.arena.match.recipe import slug
 from pipeline.arena.teams.panel import PANEL
-from pipeline.pitch import Kind
+from pipeline.game.pitch import Kind
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
 from schemas import PUBLIC

@@ -6,7 +6,6 @@ import pytest
 from support.played import logged, policy, starting
 from support.toy_scenes import CODES, M, openings, perform, splitmix, view_of
 
-from flows.teams import entrant
 from pipeline import matches as log
 from pipeline.arena.match.controllers import LearnedController, PolicyTables, controller_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -15,7 +14,8 @@ from pipeline.arena.teams import executors
 from pipeline.arena.teams.ball import NOBODY, OTHER, OWN, holder
 from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.teams import entrant
 from pipeline.events.control import control
 from pipeline.settings import TrajectorySettings
 from pipeline.store import Store

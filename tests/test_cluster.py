@@ -25,20 +25,20 @@ pytest.importorskip("distributed", reason="the extra dask is not installed")
 
 from distributed.comm.core import CommClosedError
 
-from flows.evaluations import evaluate
 from flows.imports import matches_flow
-from flows.matches import Recording
-from flows.placement import cluster
-from flows.placement.identity import identity
-from flows.placement.pieces import spread
-from flows.placement.places import crew_at, place_of
-from flows.progress import StageReport
-from flows.record import record_match
 from flows.season import season_flow
-from flows.verify import verify_all
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
+from pipeline.base.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
+from pipeline.engine.evaluations import evaluate
+from pipeline.engine.matches import Recording
+from pipeline.engine.placement import cluster
+from pipeline.engine.placement.identity import identity
+from pipeline.engine.placement.pieces import spread
+from pipeline.engine.placement.places import crew_at, place_of
+from pipeline.engine.progress import StageReport
+from pipeline.engine.record import record_match
+from pipeline.engine.verify import verify_all
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.seasons.settings import Season, parse

@@ -10,13 +10,13 @@ import duckdb
 import pytest
 from test_importers_rcg import PARAMS, counted, group, log, player
 
-from flows import catalog as views
-from flows import matches as flow
-from flows.catalog import catalog_path, forget_match, refresh
-from flows.chain import Chain
-from flows.matches import Recording, all_here, import_recording
-from flows.stages import STAGES
-from flows.update import scope_of
+from pipeline.engine import catalog as views
+from pipeline.engine import matches as flow
+from pipeline.engine.catalog import catalog_path, forget_match, refresh
+from pipeline.engine.chain import Chain
+from pipeline.engine.matches import Recording, all_here, import_recording
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
 from pipeline.settings import Settings
 from pipeline.store import Store, catalog
 from pipeline.store.query import ask

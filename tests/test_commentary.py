@@ -13,8 +13,8 @@ from support.scenes import film, goes, stands
 
 from pipeline import matches
 from pipeline.events.derive import events as found_in
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.goals import attribute
-from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import EventSettings, Settings
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from support.buckets import files
 from support.prefect_client import post
 
-from flows.costs import Cost, Spent
-from flows.progress import RunReport
-from flows.stages import STAGES
+from pipeline.engine.costs import Cost, Spent
+from pipeline.engine.progress import RunReport
+from pipeline.engine.stages import STAGES
 from pipeline.store import Store
 from pipeline.store.outputs import RECEIPT
 

@@ -12,12 +12,12 @@ import pytest
 from conftest import run
 from support.receipts import put_receipt, receipt_at
 
-from flows.catalog import forget_match, refresh
 from flows.cli import main
-from flows.stages import STAGES
-from flows.update import nothing_new
-from flows.verify import verify_all
-from pipeline.errors import CorruptFile
+from pipeline.base.errors import CorruptFile
+from pipeline.engine.catalog import forget_match, refresh
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import nothing_new
+from pipeline.engine.verify import verify_all
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt

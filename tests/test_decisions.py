@@ -9,12 +9,12 @@ from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
 from pipeline.behaviours.grams import cover
 from pipeline.decisions import complete, observe, resolve
-from pipeline.episodes import episodes
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.episodes import episodes
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.sequences.derive import choices, sequences
+from pipeline.sequences.windows import followed
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
-from pipeline.windows import followed
 from schemas import Decisions, Goals, Referee, Sequences
 
 VSSS = PITCHES[Kind.VSSS]

@@ -15,7 +15,7 @@ from conftest import ROOT
 from pydantic import BaseModel
 
 from flows.cli import COMMANDS
-from pipeline.toml import Frozen
+from pipeline.base.toml import Frozen
 from schemas import PUBLIC
 
 #: Settings that no file fills: of a team in a recipe, of the commentary, of an environment.

@@ -34,10 +34,12 @@ from flows.driving import Driven, drive
 from flows.simulating import STREAMS, simulate
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.importers.packets import vsss
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import channels
 from pipeline.importers.readers import open_source, read
 from pipeline.live.driver import BLIND_S, Driver, Job, streams_of
 from pipeline.live.encoding import Wheels, environment, referee_command, robot_control, wheel_commands
@@ -45,9 +47,7 @@ from pipeline.live.remote import RemoteController, asked
 from pipeline.live.screening import laid_out
 from pipeline.live.sight import Sight
 from pipeline.live.whistle import Whistle
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import channels
-from pipeline.pitch import PITCHES, Kind
+from pipeline.numbers.arrays import F64
 from pipeline.store import Store
 
 STATIC, REMOTE = TeamSettings(kind="static"), TeamSettings(kind="remote")

@@ -13,12 +13,12 @@ import pytest
 from conftest import ROOT, clip
 from support import trees
 
-from flows import games as loop
-from flows.chain import Chain
-from flows.matches import Recording, import_recording
-from flows.stages import STAGES
-from flows.update import nothing_new, scope_of
-from flows.versions import emit
+from pipeline.engine import games as loop
+from pipeline.engine.chain import Chain
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import nothing_new, scope_of
+from pipeline.engine.versions import emit
 from pipeline.settings import BehaviourSettings, GramSettings, Settings
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
@@ -34,10 +34,10 @@ RUN = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from flows.matches import import_recording, inbox
-from flows.versions import emit
-from flows.stages import STAGES
-from flows.update import nothing_new, scope_of
+from pipeline.engine.matches import import_recording, inbox
+from pipeline.engine.versions import emit
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import nothing_new, scope_of
 from pipeline.settings import BehaviourSettings, GramSettings, Settings
 from pipeline.store import Store
 store = Store(Path(sys.argv[2]))
@@ -110,7 +110,7 @@ def test_a_comment_changes_nothing(brought, tmp_path):
     """Data made by the code before a comment and after it are the same, and a run finds nothing to do."""
     tree = tmp_path / "tree"
     environment = trees.copied(tree, "pipeline", "flows", "schemas")
-    for edited in ("pipeline/views/replay/__init__.py", "pipeline/situations/recognise.py", "flows/stage.py"):
+    for edited in ("pipeline/views/replay/__init__.py", "pipeline/situations/recognise.py", "pipeline/engine/stage.py"):
         with (tree / edited).open("a") as module:
             module.write("\n# a remark\n")
     data = tmp_path / "data"

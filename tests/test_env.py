@@ -18,7 +18,7 @@ from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.constant import constant
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from pipeline.state.sight import see_from
 from schemas import ROLES, Appraisals
 from schemas.sights import SIGHT

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from scipy import stats
 from support.deeds import die_of_a_pair
 
-from flows import evaluations as flow
-from flows.placement.processes import Processes
-from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings, slug
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.errors import BadSettings, NotFound, WorkerLost
-from pipeline.statistics import wilson
+from pipeline.base.errors import BadSettings, NotFound, WorkerLost
+from pipeline.engine import evaluations as flow
+from pipeline.engine.placement.processes import Processes
+from pipeline.engine.teams import entrant
+from pipeline.numbers.statistics import wilson
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
 from schemas import Evaluations, Policies

@@ -12,8 +12,8 @@ from support.recordings import ALL, INSPER, imported
 
 from pipeline.events.derive import Events, events
 from pipeline.events.shots import ROLLING
+from pipeline.game.pitch import Kind
 from pipeline.matches.frame import AWAY, HOME, MatchLog
-from pipeline.pitch import Kind
 from pipeline.settings import EventSettings, TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from schemas import Passes, Possession, Pressure, Restarts, Shots

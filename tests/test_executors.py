@@ -30,7 +30,7 @@ from pipeline.arena.teams import executors
 from pipeline.arena.teams.executors.actions import ACTION, LIMIT_S
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.settings import SituationSettings
 from pipeline.situations.recognise import recognise
 from pipeline.situations.rules import TABLE_1

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from support.football import NEEDS_KLOPPY
 from support.tracking import read
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.events.derive import events
 from pipeline.events.restarts import kind_of
 from pipeline.importers.tracking.mapping import TrackingMap

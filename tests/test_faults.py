@@ -26,15 +26,15 @@ from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
-import flows.catalog
-import flows.matches
+import pipeline.engine.catalog
+import pipeline.engine.matches
 from flows import serving
-from flows.catalog import refresh, refresh_into
 from flows.cli import main
-from flows.matches import Recording, import_recording
-from flows.progress import StageReport
 from flows.server import DATABASE, Keeper, ServerFailed, trouble
-from pipeline.errors import StillWritten, StorageFailed
+from pipeline.base.errors import StillWritten, StorageFailed
+from pipeline.engine.catalog import refresh, refresh_into
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.progress import StageReport
 from pipeline.importers.source import SourceFile
 from pipeline.settings import KnowledgeSettings, Settings
 from pipeline.store import Store, locks
@@ -192,7 +192,7 @@ def test_catalogue_masks_nothing(tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise StorageFailed("cannot be written", where="catalog.duckdb", next_step="Free space")
 
-    monkeypatch.setattr("flows.catalog.refresh", full)
+    monkeypatch.setattr("pipeline.engine.catalog.refresh", full)
     refresh_into(store, report)
     assert report.failed == {"derby.csv": "is empty.", "catalog.duckdb": "catalog.duckdb: cannot be written. Free space."}
 
@@ -380,7 +380,7 @@ def test_devices_are_not_replaced(finished, tmp_path):
 @pytest.mark.parametrize("whole", [True, False])
 def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     """A recording that is still being copied is neither kept nor refused; when it is complete, it is imported."""
-    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), flows.matches.open_parts
+    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), pipeline.engine.matches.open_parts
 
     def meanwhile(*arguments: object) -> SourceFile:
         found = open_(*arguments)
@@ -388,7 +388,7 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
         return found
 
     derby.write_bytes(complete[:len(complete) // 2] if whole else b"frame,t,team,player,x,y\n0,0,ba")
-    monkeypatch.setattr(flows.matches, "open_parts", meanwhile)
+    monkeypatch.setattr(pipeline.engine.matches, "open_parts", meanwhile)
     with pytest.raises(StillWritten, match="the next run takes it"):
         import_recording(store, Recording(file=derby))
     monkeypatch.undo()
@@ -407,7 +407,7 @@ def test_nothing_is_masked(finished, tmp_path, capsys, monkeypatch, words):
     def full(*_: object) -> None:
         raise StorageFailed("cannot be written (No space left on device)", where="catalog.duckdb")
 
-    monkeypatch.setattr(flows.catalog.catalog, "build", full)
+    monkeypatch.setattr(pipeline.engine.catalog.catalog, "build", full)
     (data / "catalog.duckdb").unlink()
     with pytest.raises(SystemExit) as stopped:
         main([*words, "--data", str(data)])

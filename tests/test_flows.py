@@ -16,13 +16,13 @@ import pytest
 from conftest import ROOT, clip, fill, run
 from prefect import Flow, Task
 
-from flows.catalog import catalog_path
 from flows.imports import matches_flow
-from flows.matches import Recording, import_recording, inbox
-from flows.stages import STAGES
 from flows.tasks import flow_of, make_version
 from pipeline import matches as log_format
-from pipeline.errors import BadRecording, StorageFailed
+from pipeline.base.errors import BadRecording, StorageFailed
+from pipeline.engine.catalog import catalog_path
+from pipeline.engine.matches import Recording, import_recording, inbox
+from pipeline.engine.stages import STAGES
 from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
 from pipeline.store import Store
 from pipeline.store.query import ask
@@ -174,8 +174,8 @@ def test_two_at_once(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     script = (
-        "import sys; from pathlib import Path; from flows.versions import emit; from flows.stages import STAGES\n"
-        "from flows.update import scope_of\n"
+        "import sys; from pathlib import Path; from pipeline.engine.versions import emit; from pipeline.engine.stages import STAGES\n"
+        "from pipeline.engine.update import scope_of\n"
         "from pipeline.settings import KnowledgeSettings, Settings; from pipeline.store import Store\n"
         "store = Store(Path(sys.argv[1])); scope = scope_of(store)\n"
         "print(emit(store, STAGES['knowledge'], KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"

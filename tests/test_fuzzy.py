@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.errors import BadSettings
-from pipeline.pitch import SCALES, Kind
+from pipeline.base.errors import BadSettings
+from pipeline.game.pitch import SCALES, Kind
 from pipeline.situations import fuzzy, signals
 from pipeline.situations.conditions import compile_conditions, execute
 from pipeline.situations.fuzzy import Trapezoid, Variable

@@ -22,7 +22,7 @@ from support.planning import (
     value_iteration,
 )
 
-from pipeline.errors import BadSettings, NotFound, SchemaMismatch
+from pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.grid import grid_world
 from pipeline.studies.paradigms.games.matrix import (

@@ -7,9 +7,9 @@ from conftest import SAMPLE
 from support.logs import make_log, ns
 from support.recordings import read
 
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.goals import attribute
 from pipeline.matches.frame import AWAY, HOME
-from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import GoalSettings, TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from schemas import Goals, Situations

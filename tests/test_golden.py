@@ -8,7 +8,7 @@ import difflib
 import pytest
 from golden.cases import CASES, HERE, Golden, complaint
 
-from flows.stages import STAGES
+from pipeline.engine.stages import STAGES
 
 #: Goldens of what takes seconds to play.
 PLAYED = ("paradigms/", "seasons/", "evaluations/", "report/", "executors/")
@@ -50,6 +50,6 @@ MADE = Golden("1,2", {"grams": 3}, {"alpha": 0.5}, inputs="ab")
 def test_version_to_raise(other, complained):
     """Output that changes under equal versions, inputs and settings says which version to raise."""
     said = complaint("grams/x.txt", str(MADE), dataclasses.replace(MADE, **other))
-    wanted = "Raise the version of grams from 3 to 4 in flows/stages.py, then `make golden`"
+    wanted = "Raise the version of grams from 3 to 4 in pipeline/engine/stages.py, then `make golden`"
     assert (said or "").endswith(wanted) == complained
     assert (said is None) != complained

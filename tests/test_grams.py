@@ -8,12 +8,21 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import SIDES, changed, consecutive, goals, patterns, sequences_of, situations
 
+from pipeline.base.errors import SchemaMismatch
 from pipeline.behaviours.grams import cover, grams, merge, spelt
-from pipeline.errors import SchemaMismatch
+from pipeline.numbers.sums import exact
 from pipeline.sequences.derive import value
+from pipeline.sequences.windows import (
+    codes_of,
+    followed,
+    keys_of,
+    owned_by,
+    owner_of,
+    role_of,
+    side_of,
+    windows,
+)
 from pipeline.settings import GramSettings
-from pipeline.sums import exact
-from pipeline.windows import codes_of, followed, keys_of, owned_by, owner_of, role_of, side_of, windows
 from schemas import Sequences
 
 HALF = GramSettings(alpha=0.5, tick_s=1.0, outcome="paper")
@@ -238,7 +247,7 @@ class TestMerge:
         """A merge gives the same however little it holds back."""
         tables = [table_of(([1, 11, 21], [1], [(3, "home")]), 1) for _ in range(9)]
         whole = merge(tables)
-        monkeypatch.setattr("pipeline.sums._BUFFERED_ROWS", 2)
+        monkeypatch.setattr("pipeline.numbers.sums._BUFFERED_ROWS", 2)
         assert_frame_equal(merge(iter(tables)), whole, check_exact=True)
 
 

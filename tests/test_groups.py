@@ -12,16 +12,17 @@ import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
 
-from flows.catalog import catalog_path, refresh
-from flows.matches import Recording, import_recording
-from flows.stage import Scope
-from flows.stages import STAGES
-from flows.update import scope_of
-from flows.versions import emit as emit_version
 from pipeline import matches as log_format
+from pipeline.base.errors import BadSettings, NotFound
 from pipeline.decisions import digests
-from pipeline.errors import BadSettings, NotFound
+from pipeline.engine.catalog import catalog_path, refresh
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stage import Scope
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
+from pipeline.engine.versions import emit as emit_version
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
+from pipeline.sequences.windows import windows
 from pipeline.settings import (
     BehaviourSettings,
     GramSettings,
@@ -30,11 +31,10 @@ from pipeline.settings import (
     Settings,
     SideSettings,
 )
+from pipeline.sides.teams import Team
 from pipeline.state.table import LEVELS
 from pipeline.store import Store
 from pipeline.store.query import ask
-from pipeline.teams import Team
-from pipeline.windows import windows
 from schemas import (
     Behaviours,
     Decisions,

@@ -13,14 +13,14 @@ from prefect import flow, runtime
 from support.prefect_client import flow_run, post
 
 from flows import pruning, tasks
-from flows.costs import Cost
-from flows.history import LOG, Entry, Note, log, noted
 from flows.jobs import run_pieces
-from flows.progress import RunReport, StageReport
 from flows.pruning import prune
-from flows.stages import STAGES
 from flows.tasks import our_flow
-from pipeline.errors import BadSettings, NotFound, StorageFailed
+from pipeline.base.errors import BadSettings, NotFound, StorageFailed
+from pipeline.engine.costs import Cost
+from pipeline.engine.history import LOG, Entry, Note, log, noted
+from pipeline.engine.progress import RunReport, StageReport
+from pipeline.engine.stages import STAGES
 from pipeline.settings import HistorySettings
 from pipeline.store import Store
 

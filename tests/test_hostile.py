@@ -23,24 +23,24 @@ from support.bounds import Reader
 from support.processes import pitchlore
 from support.recordings import same
 
-from flows.catalog import refresh
 from flows.commands.commentary import told_of
 from flows.commands.printing import print_frame
 from flows.commands.replay import write_page
 from flows.imports import import_all
-from flows.isolated import _answer, read_isolated
-from flows.matches import Recording, import_recording, inbox, strangers
-from flows.progress import StageReport
-from flows.stage import Scope
-from flows.stages import STAGES
-from pipeline.errors import BadRecording, BadSettings, NotFound, PitchloreError
+from pipeline.base.errors import BadRecording, BadSettings, NotFound, PitchloreError
+from pipeline.base.text import printable
+from pipeline.engine.catalog import refresh
+from pipeline.engine.isolated import _answer, read_isolated
+from pipeline.engine.matches import Recording, import_recording, inbox, strangers
+from pipeline.engine.progress import StageReport
+from pipeline.engine.stage import Scope
+from pipeline.engine.stages import STAGES
+from pipeline.game.pitch import Pitch
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.pitch import Pitch
 from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
 from pipeline.store.query import ask
-from pipeline.text import printable
 from pipeline.views.commentary.summary import heading, numbers
 from pipeline.views.replay.animation import animation
 from schemas import Matches, Referee, Situations, Trajectories

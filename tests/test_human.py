@@ -12,7 +12,7 @@ from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.bodies import BALL, THETA, X, Y, see
+from pipeline.game.bodies import BALL, THETA, X, Y, see
 
 RECIPE = Recipe(home=TeamSettings(kind="human"), away=TeamSettings(kind="static"), seed=3,
                 referee=RefereeSettings(duration_s=20))

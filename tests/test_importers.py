@@ -23,9 +23,9 @@ from recordings.make import FILES
 from support import recordings
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording, same
 
-from flows.matches import Recording, import_recording
 from pipeline import matches
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.engine.matches import Recording, import_recording
 from pipeline.importers import packing, readers, source
 from pipeline.importers.football.providers import PROVIDERS
 from pipeline.importers.readers import READERS, open_source, read

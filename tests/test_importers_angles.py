@@ -10,7 +10,7 @@ import pytest
 from support.recordings import RSIM, recording
 from support.tracking import flaws, parquet, read
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.tracking.angles import angle_unit
 from pipeline.importers.tracking.mapping import TrackingMap, load_map
 

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from support.recordings import RSIM, imported, recording
 from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
 
+from pipeline.base.errors import BadRecording, BadSettings
 from pipeline.behaviours.grams import grams, spelt
 from pipeline.decisions import observe
-from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
 from pipeline.importers.tracking.mapping import load_map
 from pipeline.sequences.derive import sequences, value

@@ -13,15 +13,15 @@ import pytest
 from support import recordings
 from support.football import FILES, MATCH, NEEDS_KLOPPY, RECORDINGS, shipped, source_of, whole_match
 
-from flows.matches import Recording, import_recording
 from pipeline import matches
-from pipeline.errors import BadRecording, NotFound
+from pipeline.base.errors import BadRecording, NotFound
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.game.pitch import Kind
 from pipeline.importers.football.dataset import match_of
 from pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
 from pipeline.importers.football.squad import UNNUMBERED, Stay, numbers
 from pipeline.importers.readers import open_source, read
 from pipeline.matches.frame import Heights
-from pipeline.pitch import Kind
 from pipeline.store import Store
 from schemas import Matches, Quality, Referee
 

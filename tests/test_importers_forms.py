@@ -11,7 +11,7 @@ import pytest
 from support.recordings import read as opened
 from support.tracking import flaws, parquet, read, robots
 
-from pipeline.errors import BadRecording, BadSettings
+from pipeline.base.errors import BadRecording, BadSettings
 from pipeline.importers import readers
 from pipeline.importers.tracking import csv_file
 from pipeline.importers.tracking.mapping import load_map

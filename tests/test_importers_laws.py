@@ -19,7 +19,7 @@ import pytest
 from recordings.make import FILES, sketch
 from support.recordings import same
 
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
 from pipeline.importers.readers import READERS, Reader, open_source
 from pipeline.importers.readers import read as read_source
 from pipeline.importers.tracking.mapping import TrackingMap, load_map

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from flows.matches import Recording, all_here, import_recording
+from pipeline.engine.matches import Recording, all_here, import_recording
 from pipeline.store import Store
 
 CSV = "Nr;ms;who;no;px;py\n" + "".join(

@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.recordings import INSPER, RCSS, imported, taken_for
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import Kind
 from pipeline.importers.rcg import reading as rcg
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import AWAY, HOME, MatchLog
-from pipeline.pitch import Kind
 from schemas import Commands
 
 PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"

@@ -19,8 +19,8 @@ from support.ssl_games import EPOCH, STEP, Referee, flaws, frames, match, ns, or
 from support.ssl_long import HZ, long_log
 from support.ssl_messages import Message, Seen, Team, log
 
-from flows.matches import Recording, import_recording
-from pipeline.errors import BadRecording, StorageFailed
+from pipeline.base.errors import BadRecording, StorageFailed
+from pipeline.engine.matches import Recording, import_recording
 from pipeline.importers import packing
 from pipeline.importers.readers import READERS, open_source, read
 from pipeline.importers.ssl_logs.survey import survey
@@ -270,8 +270,8 @@ def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     That is less than three robots take, of 22. ``tracemalloc`` counts what Python and numpy allocate, and no maps
     of files. The look for situations is at two minutes at most, whatever the length, and is left out.
     """
-    monkeypatch.setattr("flows.matches.with_recognition", lambda match: match)
-    monkeypatch.setattr("flows.matches.warm", lambda: None)
+    monkeypatch.setattr("pipeline.engine.matches.with_recognition", lambda match: match)
+    monkeypatch.setattr("pipeline.engine.matches.warm", lambda: None)
     peaks, frames = [], []
     for seconds in (45, 180):
         file = tmp_path / f"{seconds}.log"

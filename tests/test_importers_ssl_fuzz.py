@@ -11,7 +11,7 @@ from recordings.make import FILES
 from support import ssl_messages as ssl
 from support.ssl_games import Referee, frames, ordered
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.ssl_logs.wire import FIXED32, FIXED64, SPAN, VARINT, fields
 from schemas import Quality

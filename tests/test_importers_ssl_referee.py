@@ -8,7 +8,7 @@ from support import ssl_messages as ssl
 from support.ssl_games import STEP, Referee, frames, match, ordered
 from support.ssl_messages import Team
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
 from pipeline.matches.frame import MatchLog

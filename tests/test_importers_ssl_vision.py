@@ -11,10 +11,10 @@ from support import ssl_messages as ssl
 from support.ssl_games import EPOCH, GEOMETRY, STEP, flaws, frames, match, ns, ordered, seen
 from support.ssl_messages import TRACKER, VISION_2010, Message, Seen, Tracked
 
-from flows.matches import Recording, import_recording
-from pipeline.errors import BadRecording, BadSettings
+from pipeline.base.errors import BadRecording, BadSettings
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.game.pitch import Kind
 from pipeline.matches.frame import MatchLog
-from pipeline.pitch import Kind
 from pipeline.store import Store
 
 YELLOW = '[teams]\nhome = "yellow"\n'

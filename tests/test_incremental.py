@@ -15,8 +15,8 @@ from polars.testing import assert_frame_equal
 from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 from support.scenes import SCENES, film, goes
 
-from pipeline.errors import SchemaMismatch
-from pipeline.pitch import PITCHES, SCALES, Kind, Pitch
+from pipeline.base.errors import SchemaMismatch
+from pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations.dense import Densifier, dense_match
 from pipeline.situations.incremental import Recogniser

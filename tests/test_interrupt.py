@@ -66,13 +66,13 @@ def forever():
 flows.cli.command_line = forever
 """,
     "the main thread is deaf": """
-import ctypes, flows.catalog
+import ctypes, pipeline.engine.catalog
 def forever(*_):
     print("moment", flush=True)
     while True:
         try: ctypes.CDLL(None).sleep(600)
         except KeyboardInterrupt: pass
-flows.catalog.catalog.listing = forever
+pipeline.engine.catalog.catalog.listing = forever
 """,
 }
 

@@ -7,17 +7,17 @@ import threading
 import pytest
 from support.deeds import die_of_two
 
-from flows.costs import Spent
 from flows.jobs import run_pieces
-from flows.making import Outcome
-from flows.placement import pieces as parts
-from flows.placement.crew import Here, crew
-from flows.placement.pieces import Failure, Part, TryAgain, parted
-from flows.placement.places import placed
-from flows.placement.processes import Processes
-from flows.progress import StageReport
 from flows.tasks import our_flow
-from pipeline.errors import NotFound, StorageFailed
+from pipeline.base.errors import NotFound, StorageFailed
+from pipeline.engine.costs import Spent
+from pipeline.engine.making import Outcome
+from pipeline.engine.placement import pieces as parts
+from pipeline.engine.placement.crew import Here, crew
+from pipeline.engine.placement.pieces import Failure, Part, TryAgain, parted
+from pipeline.engine.placement.places import placed
+from pipeline.engine.placement.processes import Processes
+from pipeline.engine.progress import StageReport
 
 
 def done(function, pieces, on="threads:1", **options) -> StageReport:

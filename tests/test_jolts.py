@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.literal import BALL, Match
 from support.scenes import film, goes, stands, walk
 
-from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.game.pitch import PITCHES, SCALES, Kind
 from pipeline.situations.dense import dense_match
 
 

@@ -16,9 +16,9 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from flows.catalog import refresh
-from flows.stages import STAGES
-from flows.verify import verify_all
+from pipeline.engine.catalog import refresh
+from pipeline.engine.stages import STAGES
+from pipeline.engine.verify import verify_all
 from pipeline.store import Store
 
 #: One step in so many is taken; of a season, which has most, one in twenty-four times as many.

@@ -15,7 +15,7 @@ from studies.labels.study import agreed, read_answers, study
 from support.recordings import ALL, RSIM
 from support.scenes import film, goes, stands
 
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.pitch import PITCHES, Kind
 from schemas import Commands, Passes, Possession, Referee, Situations
 
 FOLDER = ROOT / "data" / "studies" / "labels"

@@ -15,7 +15,7 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.appraising import appraise as worth
 from pipeline.arena.teams.appraising import appraiser_of
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from pipeline.matches.frame import MatchLog
 from pipeline.policies.appraise import actions, appraise
 from pipeline.sequences.sights import sights

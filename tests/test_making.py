@@ -5,10 +5,10 @@ from collections import Counter
 import pytest
 from conftest import clip
 
-from flows.making import make
-from flows.matches import Recording, import_recording
-from flows.stage import Scope
-from flows.stages import STAGES
+from pipeline.engine.making import make
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stage import Scope
+from pipeline.engine.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store
 

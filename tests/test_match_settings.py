@@ -10,10 +10,10 @@ import pytest
 from flows.cli import main
 from pipeline import matches as log
 from pipeline.arena.match.recipe import MatchSettings, match_settings
-from pipeline.errors import BadSettings
-from pipeline.pitch import PITCHES, Kind
+from pipeline.base.errors import BadSettings
+from pipeline.base.toml import tables
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.store import Store
-from pipeline.toml import tables
 
 
 def settings(text):

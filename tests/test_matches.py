@@ -27,13 +27,13 @@ from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as Ros2Writer
 
 from pipeline import matches
-from pipeline.errors import BadRecording, DamagedLog, NoFrames, SchemaMismatch
+from pipeline.base.errors import BadRecording, DamagedLog, NoFrames, SchemaMismatch
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.matches import description, mcap_file
 from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
 from pipeline.matches.chunks import unseal
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.records import FRAMING_BYTES, as_array, walk
-from pipeline.pitch import PITCHES, Kind
 from schemas import Commands, Decisions, Matches, Quality, Referee
 from schemas.commands import COMMANDS
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from flows import memo
-from flows.catalog import distrust
-from flows.stages import STAGES
-from flows.update import nothing_new
+from pipeline.engine import memo
+from pipeline.engine.catalog import distrust
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import nothing_new
 from pipeline.settings import GramSettings, Settings
 from pipeline.store import Store
 from pipeline.store.outputs import RECEIPT

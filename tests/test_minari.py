@@ -12,14 +12,14 @@ import pytest
 from polars.testing import assert_frame_equal
 from support.played import policy
 
-from flows.matches import Recording, import_recording
-from flows.record import record
-from flows.stages import STAGES
-from flows.update import scope_of
-from flows.versions import emit
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.record import record
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
+from pipeline.engine.versions import emit
 from pipeline.settings import Settings
 from pipeline.state import encode
 from pipeline.store import Store

@@ -16,7 +16,7 @@ from pipeline.behaviours.rounds import learn
 from pipeline.behaviours.select import select
 from pipeline.behaviours.som import SelfOrganisingMap, train
 from pipeline.settings import BehaviourSettings, RoundSettings
-from pipeline.teams import Team
+from pipeline.sides.teams import Team
 from schemas import Neurons
 
 

@@ -10,12 +10,12 @@ import pyarrow.parquet
 import pytest
 from support.seasons import season
 
-from flows.catalog import refresh
-from flows.knowledge import describe
-from flows.stage import Scope
-from flows.stages import STAGES
-from flows.versions import emit
-from pipeline.errors import SchemaMismatch
+from pipeline.base.errors import SchemaMismatch
+from pipeline.engine.catalog import refresh
+from pipeline.engine.knowledge import describe
+from pipeline.engine.stage import Scope
+from pipeline.engine.stages import STAGES
+from pipeline.engine.versions import emit
 from pipeline.settings import KnowledgeSettings, Settings
 from pipeline.store import Store
 from pipeline.store.query import ask

@@ -7,7 +7,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from support.points import curve, over_decays, point, table
 
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
 from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
 from schemas.paradigms import Paradigms

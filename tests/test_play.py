@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 from support.played import logged, policy
 from support.played import starting as match
 
-from flows.record import record
 from pipeline import matches as log
 from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.bodies import BALL
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.record import record
+from pipeline.game.bodies import BALL
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
 from pipeline.store import Store
 
@@ -86,7 +86,7 @@ def test_same_recipe():
 #: Records a match into the folder in which it runs, and says where its log is.
 ELSEWHERE = """
 from pathlib import Path
-from flows.record import record
+from pipeline.engine.record import record
 from pipeline.store import Store
 from test_play import recipe
 receipt, _ = record(Store(Path.cwd()), recipe("learned", "human-like", seed=5, seconds=10.0))

@@ -34,8 +34,8 @@ from pipeline.arena.teams.steering import (
     to_pose,
 )
 from pipeline.arena.teams.table import SCRIPTED, TEAMS
-from pipeline.bodies import BALL, THETA, VX, VY, X, Y, see
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.trajectories import kinematics
 
 PACKED = M.packed()

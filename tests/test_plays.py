@@ -7,13 +7,13 @@ import pytest
 
 from flows.cli import main
 from flows.commands.playing import Learners
-from flows.games import Turn, store_of, take
-from flows.teams import apprentice, entrant, learned_team
 from pipeline.arena.env import env
 from pipeline.arena.match.controllers import Controller, controllers_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import TeamSettings
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.games import Turn, store_of, take
+from pipeline.engine.teams import apprentice, entrant, learned_team
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
 

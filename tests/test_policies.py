@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadSettings, SchemaMismatch
+from pipeline.base.errors import BadSettings, SchemaMismatch
 from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Transitions, sarsa_lambda
 from pipeline.policies.train import train
 from pipeline.settings import PolicySettings

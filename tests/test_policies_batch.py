@@ -3,13 +3,13 @@
 import polars as pl
 import pytest
 
-from flows.knowledge import label_of
-from flows.policies import batch
-from flows.stage import Scope
-from flows.stages import STAGES
-from flows.versions import emit
+from pipeline.base.errors import NotFound
 from pipeline.decisions import digests
-from pipeline.errors import NotFound
+from pipeline.engine.knowledge import label_of
+from pipeline.engine.policies import batch
+from pipeline.engine.stage import Scope
+from pipeline.engine.stages import STAGES
+from pipeline.engine.versions import emit
 from pipeline.settings import PolicySettings
 from pipeline.store import Store
 from pipeline.store.work import Made, Work

@@ -16,7 +16,7 @@ from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.constant import constant
 from pipeline.arena.teams.predicting import Predictor, predict
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
 from pipeline.matches.frame import MatchLog
 from pipeline.sequences.sights import sights
 from pipeline.settings import GramSettings

@@ -11,8 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from support.outputs import put_goal
 
-from flows.catalog import refresh
-from pipeline.errors import BadQuery
+from pipeline.base.errors import BadQuery
+from pipeline.engine.catalog import refresh
 from pipeline.store import Store
 from pipeline.store.query import ask
 

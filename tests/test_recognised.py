@@ -14,11 +14,11 @@ from studies.usual import rates_of, situations_of
 from support import recordings
 from support.football import NEEDS_KLOPPY, whole_match
 
-from flows.matches import Recording, import_recording
-from flows.recognised import with_recognition
 from pipeline import matches
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.recognised import with_recognition
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.matches.frame import MatchLog
-from pipeline.pitch import PITCHES, Kind
 from pipeline.situations.rules import TABLE_1
 from pipeline.situations.usual import recognition
 from pipeline.store import Store

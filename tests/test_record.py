@@ -15,13 +15,13 @@ from support.processes import pitchlore
 
 from flows.cli import main
 from flows.imports import import_all
-from flows.matches import PLAYING, _nothing_logged
-from flows.record import recording
 from pipeline import matches
 from pipeline.arena.match.controllers import controller_of, controllers_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.engine.matches import PLAYING, _nothing_logged
+from pipeline.engine.record import recording
 from pipeline.store import Store
 from schemas import Matches
 
@@ -78,12 +78,12 @@ def test_killed_match(killed, prefect_server):
 COMMITTING = """
 import os, signal, sys
 from pathlib import Path
-import flows.record
+import pipeline.engine.record
 from pipeline.store import Store
 from test_record import short
 
-flows.record.keep = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
-flows.record.record(Store(Path(sys.argv[1])), short(1))
+pipeline.engine.record.keep = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
+pipeline.engine.record.record(Store(Path(sys.argv[1])), short(1))
 """
 
 

@@ -9,12 +9,12 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-from flows.catalog import catalog_path, refresh
 from flows.imports import import_all
-from flows.matches import Recording, import_recording, with_map
-from flows.stages import STAGES
 from flows.tasks import flow_of
-from pipeline.errors import DamagedLog
+from pipeline.base.errors import DamagedLog
+from pipeline.engine.catalog import catalog_path, refresh
+from pipeline.engine.matches import Recording, import_recording, with_map
+from pipeline.engine.stages import STAGES
 from pipeline.settings import (
     BehaviourSettings,
     KnowledgeSettings,

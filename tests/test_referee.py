@@ -44,13 +44,13 @@ from pipeline.arena.physics.referee import (
     watch,
 )
 from pipeline.arena.physics.restarts import restart
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.game.pitch import PITCHES, SCALES, Kind
 from pipeline.matches import table as matches_table
 from pipeline.matches.frame import AWAY, HOME, home_attacks
 from pipeline.matches.reader import read
 from pipeline.matches.recorder import write
-from pipeline.pitch import PITCHES, SCALES, Kind
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from schemas import Referee

@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadSettings, NotFound
-from pipeline.pitch import PITCHES, Kind
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.views.replay import FAMILIES, page
 from pipeline.views.replay.packing import HEADED, NO_STRENGTH, SEEN, SUSPECT, TURN
 from schemas import Goals, Matches, Referee, Situations, Trajectories

@@ -12,14 +12,14 @@ import pytest
 from playwright.sync_api import Page, expect
 from support.league import HOSTILE
 
-from flows.scouting import replays
-from flows.scouting.learned import Learned
-from flows.scouting.sources import newest, played, sequence
-from flows.scouting.teams import gallery
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.pitch import PITCHES, Kind
+from pipeline.sequences.windows import codes_of, role_of, windows
 from pipeline.views.replay import _worn, linked
+from pipeline.views.scout.content import replays
+from pipeline.views.scout.content.learned import Learned
+from pipeline.views.scout.content.sources import newest, played, sequence
+from pipeline.views.scout.content.teams import gallery
 from pipeline.views.scout.occurrences import occurrences
-from pipeline.windows import codes_of, role_of, windows
 from schemas import ROLES, SIDES, Behaviours, Passes, Shots
 
 #: Finds in the page's own match: of each run the team, the robot and when it starts and ends, ms.
@@ -65,7 +65,7 @@ def commonest(own: pl.DataFrame) -> pl.DataFrame:
 
 @pytest.mark.slow
 def test_behaviours_are_found(store, replay, page):
-    """The page finds the occurrences that pipeline.windows finds of each behaviour by itself."""
+    """The page finds the occurrences that pipeline.sequences.windows finds of each behaviour by itself."""
     match = next(it for it in played(store) if it.name in replay)
     known = newest(store)
     page.goto(f"{replay}#paused")

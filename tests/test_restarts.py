@@ -11,8 +11,8 @@ from pipeline.events.derive import events
 from pipeline.events.restarts import kind_of
 from pipeline.importers.rcg.events import _RESTARTS
 from pipeline.importers.tracking.states import _WORDS_OF
+from pipeline.numbers.statistics import wilson
 from pipeline.settings import EventSettings, TrajectorySettings
-from pipeline.statistics import wilson
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.scout.restarts import SOON_S, any_moment, paid
 from schemas import Restarts

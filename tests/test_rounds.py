@@ -12,19 +12,19 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import changed, consecutive, goals, sequences_of, situations
 
-from flows.matches import Recording, import_recording
-from flows.stage import Per
-from flows.stages import STAGES
-from flows.update import scope_of
-from pipeline import league
 from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.behaviours.rounds import learn
 from pipeline.behaviours.select import select
 from pipeline.decisions import decide, digests, observe
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stage import Per
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
+from pipeline.sequences import league
+from pipeline.sequences.windows import side_of
 from pipeline.settings import BehaviourSettings, ModelSettings, RoundSettings, Settings
+from pipeline.sides.teams import Team, as_of, of_sides
 from pipeline.store import Store
-from pipeline.teams import Team, as_of, of_sides
-from pipeline.windows import side_of
 from schemas import SIDES, Choices, Decisions, Grams, Patterns
 
 #: Nearly everything that recurs becomes a behaviour.

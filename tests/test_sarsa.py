@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pipeline.errors import BadSettings, SchemaMismatch
+from pipeline.base.errors import BadSettings, SchemaMismatch
 from pipeline.policies.sarsa import (
     CONTINUES,
     TERMINAL,

@@ -22,8 +22,8 @@ from support.processes import eventually
 from support.sessions import QUIET, migrated
 from support.terminal import terminal
 
-from flows.history import log
 from flows.server import Keeper, Process
+from pipeline.engine.history import log
 from pipeline.settings import PolicySettings, Settings
 from pipeline.store import Store
 

@@ -14,18 +14,18 @@ from support.league import HOSTILE, bring, serious
 from support.recordings import INSPER, RSIM, imported
 
 from flows.cli import main
-from flows.matches import Recording, import_recording
-from flows.scouting.sources import team_name
-from flows.scouting.write import Written, write
+from pipeline.engine.matches import Recording, import_recording
 from pipeline.events.derive import events
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.goals import attribute as goals
 from pipeline.matches.table import row as matches_row
-from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
 from pipeline.situations.recognise import recognise
 from pipeline.store import Store
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.replay import page as replay_page
+from pipeline.views.scout.content.sources import team_name
+from pipeline.views.scout.content.write import Written, write
 from pipeline.views.scout.facts import Tables, by_lead, over_matches
 from pipeline.views.scout.gallery import clips, ranked
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
@@ -229,7 +229,7 @@ def test_list_of_pages_is_hostile(store, tmp_path):
 
 def test_gone_with_its_match(store, tmp_path):
     """The pages of a match that is forgotten go."""
-    from flows.catalog import forget_match
+    from pipeline.engine.catalog import forget_match
 
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
-from flows.scouting.answers import goals_of, kept, of_match
-from flows.scouting.danger import dangerous, of_keeper
-from flows.scouting.sources import against_itself, counted, played, team_name
-from flows.scouting.teams import LEAST_S, _led
 from pipeline.views.scout.changes import change, change_of_count, told
+from pipeline.views.scout.content.answers import goals_of, kept, of_match
+from pipeline.views.scout.content.danger import dangerous, of_keeper
+from pipeline.views.scout.content.sources import against_itself, counted, played, team_name
+from pipeline.views.scout.content.teams import LEAST_S, _led
 from pipeline.views.scout.facts import ByLead, Numbers, over_matches
 from pipeline.views.scout.scored import Scored, again, scored, summary
 from pipeline.views.scout.shooting import MEANS, shooting

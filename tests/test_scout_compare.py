@@ -9,10 +9,10 @@ from itertools import pairwise
 import polars as pl
 import pytest
 
-from flows.scouting import compare
-from flows.scouting.sources import chosen, played
-from flows.scouting.write import write
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.views.scout.content import compare
+from pipeline.views.scout.content.sources import chosen, played
+from pipeline.views.scout.content.write import write
 from pipeline.views.scout.facts import PARTS, numbers, parts, played_s
 from schemas import SIDES, Behaviours
 

@@ -8,12 +8,12 @@ import polars as pl
 import pytest
 from test_scout import text_of
 
-from flows.scouting.flaws import WORDS, flaws
-from flows.scouting.sources import counted
-from pipeline.pitch import PITCHES, Kind
-from pipeline.text import number_of
+from pipeline.base.text import number_of
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.views.replay import linked
 from pipeline.views.scout import words
+from pipeline.views.scout.content.flaws import WORDS, flaws
+from pipeline.views.scout.content.sources import counted
 from pipeline.views.scout.pages import page as render
 from pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.states import zone

@@ -13,13 +13,13 @@ import pytest
 from playwright.sync_api import expect
 from support.league import HOSTILE, serious
 
-from flows.catalog import refresh
-from flows.scouting.learned import Learned
-from flows.scouting.sources import newest, played
-from flows.scouting.teams import gallery
-from flows.scouting.write import write
+from pipeline.engine.catalog import refresh
 from pipeline.store import Store
 from pipeline.store.query import ask
+from pipeline.views.scout.content.learned import Learned
+from pipeline.views.scout.content.sources import newest, played
+from pipeline.views.scout.content.teams import gallery
+from pipeline.views.scout.content.write import write
 from pipeline.views.scout.maps import lying, maps, nearest, sign
 from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.ring import Edge, Node, ring
@@ -156,7 +156,7 @@ def test_as_many_as_the_support(store, pages, learned):
         with pytest.MonkeyPatch.context() as patched:
             patched.setattr("pipeline.views.scout.gallery.SHOWN", shown)
             patched.setattr("pipeline.views.scout.gallery.SHOWN_OF_ORDER", 1)
-            patched.setattr("flows.scouting.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
+            patched.setattr("pipeline.views.scout.content.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
             for team in with_behaviours(store):
                 own = [match for match in played(store) if team in (match.home, match.away)]
                 for card in gallery(store, team, own, newest(store), learned)["cards"]:

@@ -17,13 +17,10 @@ from support.played import looking
 from test_scout import text_of
 
 from flows.cli import main
-from flows.scouting.policies import newest_policies
-from flows.scouting.sources import played
-from flows.scouting.write import Written, write
-from flows.stages import STAGES
-from flows.update import scope_of
-from flows.versions import emit
-from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
+from pipeline.engine.versions import emit
+from pipeline.game.pitch import PITCHES, SCALES, Kind
 from pipeline.settings import KnowledgeSettings, Settings, SituationSettings
 from pipeline.situations import fuzzy
 from pipeline.situations.rulebook import term_table, terms_used
@@ -33,6 +30,9 @@ from pipeline.state.table import LEVELS
 from pipeline.state.words import elements_of, named
 from pipeline.store import Store
 from pipeline.store.work import Made
+from pipeline.views.scout.content.policies import newest_policies
+from pipeline.views.scout.content.sources import played
+from pipeline.views.scout.content.write import Written, write
 from pipeline.views.scout.curves import Curve, curves
 from pipeline.views.scout.preferred import actions_of, picture, preferred
 from pipeline.views.scout.states import around_ball, sentences, zone

@@ -3,12 +3,12 @@
 import polars as pl
 import pytest
 
-from flows import games as loop
-from flows.record import record
-from flows.teams import entrant
 from pipeline import matches as log
 from pipeline.arena.match.recipe import Recipe
-from pipeline.errors import BadSettings, NotFound
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.engine import games as loop
+from pipeline.engine.record import record
+from pipeline.engine.teams import entrant
 from pipeline.store import Store
 from pipeline.studies.seasons import settings
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse

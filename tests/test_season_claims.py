@@ -8,7 +8,7 @@ from scipy import stats
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
 from pipeline.arena.teams.executors.actions import LIMIT_S
-from pipeline.statistics import mean_interval, wilson
+from pipeline.numbers.statistics import mean_interval, wilson
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.claims import CLAIMS, verdicts
 from pipeline.studies.seasons.measures import (

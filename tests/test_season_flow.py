@@ -11,9 +11,9 @@ from support.processes import pitchlore
 
 from flows import season as loop
 from flows.cli import main
-from flows.progress import StageReport
 from flows.season import season_flow
-from pipeline.errors import StorageFailed
+from pipeline.base.errors import StorageFailed
+from pipeline.engine.progress import StageReport
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
 from pipeline.studies.seasons.settings import Season, parse

@@ -13,16 +13,16 @@ from support.receipts import put_receipt, receipt_at
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
 from flows.cli import main
-from flows.evaluations import evaluate
 from flows.report import NAME, drawn, sources, write_report
 from flows.report import tables as tables_in
-from flows.teams import entrant
 from pipeline import arena
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.panel import PANEL
 from pipeline.arena.teams.table import TEAMS
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.evaluations import evaluate
+from pipeline.engine.teams import entrant
 from pipeline.store import Store
 from pipeline.store.query import ask
 from pipeline.store.work import Made, Work

@@ -4,7 +4,7 @@ import polars as pl
 import pytest
 from support.rows import MATCH
 
-from pipeline.errors import SchemaMismatch
+from pipeline.base.errors import SchemaMismatch
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.settings import Season, SeasonSettings
 from pipeline.studies.seasons.tables import game_row, growth_rows, states_played

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from pipeline.settings import RoundSettings, RunSettings, Settings, parse_settings
 
 

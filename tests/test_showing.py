@@ -19,11 +19,11 @@ from test_watch import in_a_process, send_to
 
 from flows import showing
 from flows.showing import Showing, show
-from pipeline.errors import BadSettings, NotFound
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.drawing.painting import Robot, Snapshot
+from pipeline.game.pitch import PITCHES, Kind
+from pipeline.importers.packets.recorder import Packet
 from pipeline.live.following import prepare
-from pipeline.packets.recorder import Packet
-from pipeline.painting import Robot, Snapshot
-from pipeline.pitch import PITCHES, Kind
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 

@@ -9,14 +9,14 @@ import polars as pl
 import pyarrow.parquet
 import pytest
 
+from pipeline.base.errors import SchemaMismatch
 from pipeline.behaviours.select import select
 from pipeline.behaviours.shrinkage import valued
-from pipeline.errors import SchemaMismatch
-from pipeline.estimates import estimated
 from pipeline.knowledge import merge_behaviours
+from pipeline.numbers.estimates import estimated
+from pipeline.numbers.sums import exact
 from pipeline.settings import BehaviourSettings, RoundSettings
 from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
-from pipeline.sums import exact
 from schemas import Behaviours, Grams
 
 Z = 1.959964

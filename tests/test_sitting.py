@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from flows import games as loop
 from flows import person, sitting
-from flows.games import done, store_of
-from flows.teams import entrant
 from pipeline import matches as log
 from pipeline.arena.match.recipe import TeamSettings
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine import games as loop
+from pipeline.engine.games import done, store_of
+from pipeline.engine.teams import entrant
 from pipeline.matches.frame import AWAY
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse

@@ -15,8 +15,8 @@ from support.literal import Found, recognise_literally
 from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
-from pipeline.errors import SchemaMismatch
-from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.base.errors import SchemaMismatch
+from pipeline.game.pitch import PITCHES, Kind, Pitch
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations.recognise import recognise
 from pipeline.situations.rulebook import rule_table, term_table

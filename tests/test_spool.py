@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.errors import StorageFailed
+from pipeline.base.errors import StorageFailed
 from pipeline.store.spool import Spool
 
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.rows import MATCH, WORDS, S, bodies
 
-from pipeline.errors import BadSettings
-from pipeline.pitch import PITCHES, Kind
+from pipeline.base.errors import BadSettings
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.state import (
     BinEdges,
     Observation,

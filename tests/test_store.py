@@ -17,7 +17,7 @@ import dataframely as dy
 import polars as pl
 import pytest
 
-from pipeline.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
+from pipeline.base.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet

@@ -12,7 +12,7 @@ from support.toy_scenes import M, mirrored, splitmix, view_of, views
 
 from pipeline.arena.teams import counter, pressing, static
 from pipeline.arena.teams.people import People
-from pipeline.bodies import BALL, X, Y
+from pipeline.game.bodies import BALL, X, Y
 
 PACKED = M.packed()
 KEEPER = (-0.70, 0.0, math.pi / 2)

@@ -9,14 +9,14 @@ from support.toy_scenes import view_of
 from support.watched import Watched
 
 from flows.cli import main
-from flows.teams import entrant, learned_team
 from pipeline.arena.match.controllers import controller_of, controllers_of
 from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.table import SCRIPTED, TEAMS
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.teams import entrant, learned_team
 from pipeline.live.encoding import Wheels
 from pipeline.live.remote import RemoteController
 from pipeline.store import Store

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.errors import StorageFailed
+from pipeline.base.errors import StorageFailed
 from pipeline.store import Store, temporaries
 from pipeline.store.receipts import Receipt
 from pipeline.store.sealed import read_model, sealed

@@ -13,9 +13,9 @@ from polars.testing import assert_frame_equal
 from support.logs import make_log, ns
 from support.recordings import read
 
-from pipeline.errors import DamagedLog
+from pipeline.base.errors import DamagedLog
+from pipeline.game.pitch import Kind
 from pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
-from pipeline.pitch import Kind
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from pipeline.trajectories.timeline import order_samples

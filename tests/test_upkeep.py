@@ -7,9 +7,9 @@ import shutil
 import pytest
 
 from flows.cli import main
-from flows.stage import Per
-from flows.stages import STAGES
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.engine.stage import Per
+from pipeline.engine.stages import STAGES
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
 

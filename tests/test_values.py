@@ -11,11 +11,11 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 from support.rows import MATCH, S, bodies, consecutive, situations
 from threadpoolctl import threadpool_limits
 
-from flows import models as flow
-from flows.stage import Output, Scope
-from flows.stages import STAGES
-from pipeline import trees
-from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.engine import models as flow
+from pipeline.engine.stage import Output, Scope
+from pipeline.engine.stages import STAGES
+from pipeline.game.pitch import PITCHES, SCALES, Kind
+from pipeline.numbers import trees
 from pipeline.settings import ModelSettings, MomentSettings, ValueSettings
 from pipeline.store import Store
 from pipeline.store.work import Made, Work

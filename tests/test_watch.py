@@ -26,14 +26,14 @@ from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
 from flows.cli import main
 from flows.commands.addresses import addressed
-from flows.matches import WATCHING, inbox, useless
 from flows.watching import Watched, watch
-from pipeline.errors import BadSettings, PitchloreError, StorageFailed
+from pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
+from pipeline.engine.matches import WATCHING, inbox, useless
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LEAGUES, LeagueName
 from pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen
 from pipeline.live.sockets import Received, Receiver
 from pipeline.live.status import Status
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LEAGUES, LeagueName
 from pipeline.store import Store
 
 HERE, THERE = ("10.0.0.1", 5000), ("10.0.0.2", 5000)

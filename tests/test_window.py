@@ -15,8 +15,8 @@ from flows.cli import main
 from flows.person import PersonMatch
 from pipeline import matches as log
 from pipeline.arena.match.human import DriveCommand
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.matches.frame import AWAY, HOME
-from pipeline.pitch import PITCHES, Kind
 from pipeline.store import Store
 from schemas import Matches, Referee
 
@@ -290,7 +290,7 @@ class TestPlay:
 
     def test_log_elsewhere(self, monkeypatch, capsys, tmp_path):
         """The log of a match can be imported into another data folder."""
-        from flows.matches import Recording, import_recording
+        from pipeline.engine.matches import Recording, import_recording
 
         script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
         report, store, receipt, match = played(capsys, tmp_path / "here")
@@ -328,7 +328,7 @@ class TestPlay:
 
     def test_broken_off(self, monkeypatch, capsys, tmp_path):
         """An error that breaks the match off leaves its log for the next run."""
-        from flows.matches import inbox
+        from pipeline.engine.matches import inbox
 
         def due(_):
             raise RuntimeError("the screen is gone")

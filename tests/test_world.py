@@ -20,10 +20,10 @@ from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.drive import publish
 from pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
 from pipeline.arena.physics.walls import walls
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.pitch import PITCHES, SCALES, Kind
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
-from pipeline.pitch import PITCHES, SCALES, Kind
 
 VSSS = PITCHES[Kind.VSSS]
 BALL_RADIUS = SCALES[Kind.VSSS].ball_radius
@@ -381,7 +381,7 @@ class TestBorders:
 
 FRESH = """
 import hashlib, numpy as np
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.arena.physics.arena import Arena
 arena, rng = Arena(PITCHES[Kind.VSSS], 3), np.random.default_rng(7)
 digest = hashlib.sha256()

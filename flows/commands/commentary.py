@@ -5,7 +5,7 @@ from __future__ import annotations
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.match_id import chain_of
 from flows.commands.printing import console, print_json
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
 from pipeline.store import Store
 from pipeline.views.commentary import Commentary
 from pipeline.views.commentary import commentary as tell

@@ -8,8 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.placement.places import VARIABLE
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.placement.places import VARIABLE
 from pipeline.settings import RunSettings, parse_settings
 from pipeline.store import Store
 from pipeline.store.files import Files

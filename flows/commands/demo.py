@@ -7,29 +7,29 @@ from pathlib import Path
 import polars as pl
 from rich.console import Console
 
-from flows import games as loop
-from flows.catalog import refresh
 from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.import_ import bring_in
 from flows.commands.printing import bars, console, print_frame, spelt
 from flows.commands.replay import write_page
 from flows.commands.run import bring_up_to_date
-from flows.knowledge import imitates, of_imitated
-from flows.matches import with_map
-from flows.record import record
 from flows.report import write_report
-from flows.scouting.write import write as scouted
-from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.errors import PitchloreError
-from pipeline.estimates import BY_EVIDENCE
+from pipeline.base.errors import PitchloreError
+from pipeline.engine import games as loop
+from pipeline.engine.catalog import refresh
+from pipeline.engine.knowledge import imitates, of_imitated
+from pipeline.engine.matches import with_map
+from pipeline.engine.record import record
+from pipeline.engine.teams import entrant
+from pipeline.numbers.estimates import BY_EVIDENCE
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.query import ask
 from pipeline.studies.seasons.settings import Season, named
+from pipeline.views.scout.content.write import write as scouted
 from schemas import Behaviours
 
 SAMPLE = Path("data/samples/rsim-vss-3v3.parquet")

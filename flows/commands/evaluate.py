@@ -11,7 +11,6 @@ from typing import Annotated, NamedTuple
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import (
     AS_LEARNED,
@@ -25,13 +24,14 @@ from flows.commands.playing import (
     option,
 )
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
-from flows.evaluations import evaluate
-from flows.placement.places import crew_at
-from flows.progress import listener
-from flows.teams import entrant
 from pipeline.arena.match.recipe import slug
 from pipeline.arena.teams.panel import PANEL
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.catalog import renew
+from pipeline.engine.evaluations import evaluate
+from pipeline.engine.placement.places import crew_at
+from pipeline.engine.progress import listener
+from pipeline.engine.teams import entrant
 from pipeline.store import Store
 from pipeline.store.receipts import software
 from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise

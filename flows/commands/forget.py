@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from flows.catalog import forget_match, renew
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.match_id import find_match
 from flows.commands.printing import console
+from pipeline.engine.catalog import forget_match, renew
 
 
 def forget(match: str, *, common: Common = DEFAULTS) -> None:

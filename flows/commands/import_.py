@@ -9,14 +9,14 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import refresh_into
 from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_failed, print_frame, print_json
-from flows.matches import Recording, all_here, with_map
-from flows.placement.places import place_of
-from flows.progress import StageReport
-from pipeline.errors import BadSettings, NotFound
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.engine.catalog import refresh_into
+from pipeline.engine.matches import Recording, all_here, with_map
+from pipeline.engine.placement.places import place_of
+from pipeline.engine.progress import StageReport
 from pipeline.importers.football.providers import PROVIDERS, provider_of
 from pipeline.importers.readers import FORMATS
 from pipeline.settings import HistorySettings, ImportSettings

@@ -9,10 +9,10 @@ import polars as pl
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_frame, print_json, spelt
 from flows.commands.verify import conclude
-from flows.knowledge import imitates
-from flows.verify import verify_knowledge
-from pipeline.errors import NotFound
-from pipeline.estimates import BY_EVIDENCE
+from pipeline.base.errors import NotFound
+from pipeline.engine.knowledge import imitates
+from pipeline.engine.verify import verify_knowledge
+from pipeline.numbers.estimates import BY_EVIDENCE
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
 from schemas import Behaviours, Occasions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 

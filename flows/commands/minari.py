@@ -9,9 +9,9 @@ import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json
-from flows.knowledge import learned_from, lineage, sha256_of
-from flows.stage import ALL
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.knowledge import learned_from, lineage, sha256_of
+from pipeline.engine.stage import ALL
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from schemas import Decisions

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.shipped import shipped
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
 from pipeline.store import Store
 from pipeline.store.files import Files
 from pipeline.store.paths import check_folder

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from flows.commands.printing import bars, warn
-from flows.progress import listener
 from flows.serving import serving
+from pipeline.engine.progress import listener
 from pipeline.store import Store
 
 

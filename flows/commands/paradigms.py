@@ -16,11 +16,11 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json, warn
-from flows.outputs import need
 from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
-from flows.placement.places import place_of
-from flows.progress import StageReport
-from pipeline.statistics import wilson
+from pipeline.engine.outputs import need
+from pipeline.engine.placement.places import place_of
+from pipeline.engine.progress import StageReport
+from pipeline.numbers.statistics import wilson
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK
 from pipeline.studies.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps

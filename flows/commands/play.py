@@ -7,17 +7,17 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
-from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_USUAL, Playing, WhoPlays
 from flows.commands.printing import console, print_json, print_stand_in
 from flows.person import PersonMatch
-from flows.record import is_played, recording, unplayed
-from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.window import window_class
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.catalog import renew
+from pipeline.engine.record import is_played, recording, unplayed
+from pipeline.engine.teams import entrant
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.store import Store
 from schemas import SIDES, note_on

@@ -12,16 +12,16 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveInt
 from cyclopts.validators import Number
 
-from flows.teams import entrant, playing
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import MatchSettings, match_settings
 from pipeline.arena.teams.clock import ClockSettings
 from pipeline.arena.teams.constant import BEST, constant
 from pipeline.arena.teams.table import SCRIPTED
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.base.toml import over, tables
+from pipeline.engine.teams import entrant, playing
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant
-from pipeline.toml import over, tables
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (
@@ -137,7 +137,7 @@ class Learners:
         Each team gets those of the options that its kind has.
 
         Raises:
-            NotFound, BadSettings: see :func:`flows.teams.entrant`.
+            NotFound, BadSettings: see :func:`pipeline.engine.teams.entrant`.
             BadSettings: if an option is given that none of the teams has.
         """
         policies: dict[str, PolicyTables] = {}

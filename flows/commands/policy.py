@@ -6,8 +6,8 @@ import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_frame, print_json
-from flows.policies import looks
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.policies import looks
 from pipeline.views.scout.words import of_behaviour
 from schemas import States
 from schemas.table import KEYS, ROLES

@@ -16,9 +16,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 from rich.text import Text
 
+from pipeline.base.text import printable
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from pipeline.text import printable
 from schemas import note_on
 
 
@@ -138,7 +138,7 @@ def print_training(store: Store) -> None:
 
 
 class Bars:
-    """Progress bars, one for each stage with work; a :class:`flows.progress.Listener`."""
+    """Progress bars, one for each stage with work; a :class:`pipeline.engine.progress.Listener`."""
 
     def __init__(self, progress: Progress) -> None:
         self.progress = progress

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
-from flows.stages import STAGES
-from pipeline.errors import StorageFailed
+from pipeline.base.errors import StorageFailed
+from pipeline.engine.catalog import renew
+from pipeline.engine.stages import STAGES
 from pipeline.store.leftovers import prune_versions
 
 

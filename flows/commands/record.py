@@ -7,19 +7,19 @@ from typing import Literal
 
 import polars as pl
 
-from flows.catalog import renew
 from flows.commands.addresses import At, Interface, addressed
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
-from flows.placement.pieces import spread
-from flows.placement.places import crew_at
-from flows.record import record_match, unplayed
 from flows.simulating import STREAMS, simulate
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe
-from pipeline.errors import BadSettings, PitchloreError
-from pipeline.packets.streams import Stream
+from pipeline.base.errors import BadSettings, PitchloreError
+from pipeline.engine.catalog import renew
+from pipeline.engine.placement.pieces import spread
+from pipeline.engine.placement.places import crew_at
+from pipeline.engine.record import record_match, unplayed
+from pipeline.importers.packets.streams import Stream
 from pipeline.store import Store
 from schemas import Matches, note_on
 

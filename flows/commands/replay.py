@@ -11,7 +11,7 @@ from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.match_id import chain_of
 from flows.commands.printing import console, print_stand_in
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
 from pipeline.settings import GramSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt

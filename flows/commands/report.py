@@ -7,11 +7,11 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
-from flows.placement.places import crew_at
 from flows.report import damaged, write_report
+from pipeline.engine.catalog import renew
+from pipeline.engine.placement.places import crew_at
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER

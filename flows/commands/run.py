@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import catalog_path, refresh_after
 from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
@@ -21,14 +20,15 @@ from flows.commands.printing import (
     print_training,
     spelt,
 )
-from flows.history import Note
-from flows.knowledge import imitates, of_imitated
-from flows.placement.places import place_of, placed
-from flows.progress import RunReport
-from flows.stage import ALL
-from pipeline.errors import StorageFailed
-from pipeline.estimates import BY_EVIDENCE
-from pipeline.pitch import Kind
+from pipeline.base.errors import StorageFailed
+from pipeline.engine.catalog import catalog_path, refresh_after
+from pipeline.engine.history import Note
+from pipeline.engine.knowledge import imitates, of_imitated
+from pipeline.engine.placement.places import place_of, placed
+from pipeline.engine.progress import RunReport
+from pipeline.engine.stage import ALL
+from pipeline.game.pitch import Kind
+from pipeline.numbers.estimates import BY_EVIDENCE
 from pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
 from pipeline.store import Store
 from schemas import Behaviours
@@ -83,7 +83,7 @@ def bring_up_to_date(
 ) -> RunReport:
     """Run all stages. Prefect starts only if something is new."""
     place_of(on)  # so that a word that names none is refused at once
-    from flows.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
+    from pipeline.engine.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
 
     note = Note("run")
     report = nothing_new(store, settings, limits, train=train)
@@ -97,7 +97,7 @@ def bring_up_to_date(
     else:
         refresh_after(store, report)
         if scout.refresh:
-            from flows.scouting.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
+            from pipeline.views.scout.content.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
 
             with placed(on, store.root):
                 write_after(store, report)

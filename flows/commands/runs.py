@@ -10,9 +10,9 @@ from cyclopts.validators import Number
 
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_failed, print_frame, print_json, warn
-from flows.costs import Cost, mebibytes
-from flows.history import Entry, log
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.engine.costs import Cost, mebibytes
+from pipeline.engine.history import Entry, log
 
 Count = Annotated[int, Parameter(validator=Number(gte=1))]
 

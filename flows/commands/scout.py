@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from flows.commands.common import DEFAULTS, Common, Flag, On
 from flows.commands.printing import console
-from flows.placement.places import placed
+from pipeline.engine.placement.places import placed
 
 
 def scout(
@@ -28,7 +28,7 @@ def scout(
         on: Where pages are made.
         common: Options of every command.
     """
-    from flows.scouting.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
+    from pipeline.views.scout.content.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
 
     store = common.existing
     with placed(on, store.root):

@@ -12,17 +12,17 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import PositiveInt
 
-from flows.catalog import refresh_into
 from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.playing import Seed
 from flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
-from flows.games import next_of
-from flows.placement.places import place_of
-from flows.progress import StageReport
 from flows.sitting import check_person_can_play, sit
 from pipeline.arena.window import window_class
-from pipeline.errors import BadSettings, CorruptFile
+from pipeline.base.errors import BadSettings, CorruptFile
+from pipeline.engine.catalog import refresh_into
+from pipeline.engine.games import next_of
+from pipeline.engine.placement.places import place_of
+from pipeline.engine.progress import StageReport
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, note_on

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from flows.commands.common import DEFAULTS, Common, On
 from flows.commands.printing import console, warn
-from flows.placement.places import place_of
 from flows.server import Keeper
 from flows.serving import serving, there_is_one
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.engine.placement.places import place_of
 
 #: Name of the deployment.
 NAME = "pitchlore"

@@ -7,7 +7,7 @@ from typing import Literal
 
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_frame, print_json
-from pipeline.pitch import Kind
+from pipeline.game.pitch import Kind
 from pipeline.situations.rulebook import rule_table, term_table
 from pipeline.views.plots.matches import memberships
 from pipeline.views.plots.style import png

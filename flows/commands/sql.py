@@ -7,10 +7,10 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.catalog import distrust, refresh
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_csv, print_frame, print_json, warn
-from pipeline.errors import BadQuery, BadSettings, NotFound
+from pipeline.base.errors import BadQuery, BadSettings, NotFound
+from pipeline.engine.catalog import distrust, refresh
 from pipeline.store import Store
 from pipeline.store.query import ask
 from schemas import PUBLIC

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_json, print_training
+from pipeline.engine.catalog import renew
 
 
 def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flows.catalog import distrust
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json
-from flows.verify import backup_at, mend, verify_all
+from pipeline.engine.catalog import distrust
+from pipeline.engine.verify import backup_at, mend, verify_all
 from pipeline.store import Store
 from pipeline.store.verification import Verification
 

@@ -14,7 +14,7 @@ from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json, say
 from flows.showing import Showing
 from flows.watching import Watched, watch
-from pipeline.packets.streams import LEAGUES, LeagueName, Stream
+from pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
 
 
 def watch_match(

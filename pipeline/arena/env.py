@@ -41,9 +41,9 @@ from pipeline.arena.match.sides import Sides
 from pipeline.arena.match.sighted import NUMBERS
 from pipeline.arena.teams.executors.actions import CODES
 from pipeline.arena.window.rendering import Rendering
-from pipeline.arrays import F32
-from pipeline.errors import BadSettings
-from pipeline.toml import fitted
+from pipeline.base.errors import BadSettings
+from pipeline.base.toml import fitted
+from pipeline.numbers.arrays import F32
 from schemas import SIDES
 
 __all__ = ["BEHAVIOURS", "ID", "EnvSettings", "ParallelMatch", "TeamEnv", "env", "parallel_env"]
@@ -97,7 +97,7 @@ def env(
     Args:
         opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on);
             constant:044, constant:44/21/21 or best-constant for a constant team; or a learned team, see
-            :func:`flows.teams.learned_team`.
+            :func:`pipeline.engine.teams.learned_team`.
         side: of the agent's team. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
         observations: what the agent sees.

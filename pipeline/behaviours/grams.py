@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import Bools
-from pipeline.sums import added_up, exact
-from pipeline.windows import codes_of, instances, mark, owner_of, role_of, windows
+from pipeline.numbers.arrays import Bools
+from pipeline.numbers.sums import added_up, exact
+from pipeline.sequences.windows import codes_of, instances, mark, owner_of, role_of, windows
 from schemas import ROLES
 
 #: Quantum of sums that may be larger than those of values; exact below 2**37.
@@ -43,8 +43,8 @@ def grams(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> pl.Data
 
     Returns:
         One row a distinct (owner, role at the start, codes), sorted by ``key``: that of
-        :func:`pipeline.windows.keys_of`, and the counts and sums of schema Grams. Tables of other matches
-        are added up by :func:`merge`.
+        :func:`pipeline.sequences.windows.keys_of`, and the counts and sums of schema Grams. Tables of other
+        matches are added up by :func:`merge`.
     """
     runs = windows(sequence, n, taken)
     rows = runs.first[:, None] + np.arange(n)
@@ -76,7 +76,7 @@ def grams(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> pl.Data
 
 
 def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
-    """Add up grams over matches; see :func:`pipeline.sums.added_up`.
+    """Add up grams over matches; see :func:`pipeline.numbers.sums.added_up`.
 
     Args:
         tables: at least one, of :func:`grams` or of this function, of any lengths.

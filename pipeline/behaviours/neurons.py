@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64, Bools
 from pipeline.behaviours.som import SelfOrganisingMap
+from pipeline.numbers.arrays import F64, I64, Bools
 from schemas import Neurons
 
 

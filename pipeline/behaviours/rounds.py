@@ -16,9 +16,9 @@ import polars as pl
 from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.behaviours.select import select
 from pipeline.behaviours.som import SelfOrganisingMap
-from pipeline.league import League, Sides
+from pipeline.sequences.league import League, Sides
 from pipeline.settings import BehaviourSettings
-from pipeline.teams import Team, as_of
+from pipeline.sides.teams import Team, as_of
 from schemas import Grams, Neurons, Patterns
 
 #: Columns of schema Sequences that behaviours are learned from.
@@ -51,7 +51,7 @@ def learn(
     The result does not depend on the order of the matches. Memory is bounded by the distinct grams.
 
     Args:
-        sequences: as for :class:`pipeline.league.League`.
+        sequences: as for :class:`pipeline.sequences.league.League`.
         sides: as for it.
         settings: of the rounds.
     """

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
 from pipeline.behaviours.neurons import neurons
 from pipeline.behaviours.shrinkage import valued
 from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
+from pipeline.numbers.arrays import I64
 from pipeline.settings import BehaviourSettings, RoundSettings
 from schemas import Neurons, Patterns
 from schemas.behaviours import id_of

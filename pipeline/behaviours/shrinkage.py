@@ -1,8 +1,8 @@
 """Values of grams with their errors, shrunk towards their families by empirical Bayes.
 
 Most grams are seen a few times, and of many rare ones some are lucky, so the estimate leans on the family
-(:mod:`pipeline.estimates`). The spread of the true values in a family is estimated by the method of moments
-(DerSimonian and Laird 1986).
+(:mod:`pipeline.numbers.estimates`). The spread of the true values in a family is estimated by the method of
+moments (DerSimonian and Laird 1986).
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64
-from pipeline.estimates import estimated
+from pipeline.numbers.arrays import F64, I64
+from pipeline.numbers.estimates import estimated
 from schemas import ROLES
 
 #: Number of instances that the variance in the family counts for, beside a gram's own.

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
-from pipeline.pitch import SCALES, Pitch
-from pipeline.touches import BallInPlay, Contacts, contacts, touches
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.game.touches import BallInPlay, Contacts, contacts, touches
+from pipeline.numbers.arrays import I64
 from schemas import SIDES
 
 #: No contact, no team.

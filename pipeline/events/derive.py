@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.episodes import episodes
 from pipeline.events.control import control
 from pipeline.events.passes import passes
 from pipeline.events.possession import possession
 from pipeline.events.pressure import pressure
 from pipeline.events.restarts import restarts
 from pipeline.events.shots import shots
-from pipeline.pitch import Pitch
+from pipeline.game.episodes import episodes
+from pipeline.game.pitch import Pitch
 from pipeline.settings import EventSettings
 from schemas import Passes, Possession, Pressure, Shots
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64, Bools
 from pipeline.events.control import Control
 from pipeline.events.views import place, tabled, towards
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F64, I64, Bools
 from schemas import SIDES, Passes
 from schemas.events import DIRECTIONS
 

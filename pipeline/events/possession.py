@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import I64, Bools
 from pipeline.events.control import NOBODY, Control
 from pipeline.events.views import place, tabled
+from pipeline.numbers.arrays import I64, Bools
 from schemas import SIDES, Possession
 
 
@@ -23,7 +23,7 @@ def possession(
         passes: rows of schema Passes of the match.
         shots: rows of schema Shots of the match.
         trajectories: rows of schema Trajectories of the match.
-        over: how its segments ended (:func:`pipeline.episodes.episodes`).
+        over: how its segments ended (:func:`pipeline.game.episodes.episodes`).
     """
     begins = np.append(0, np.flatnonzero(np.diff(control.stretch)) + 1)
     ends = np.append(begins[1:], len(control.team)) - 1  # the last row

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from pipeline.events.control import NOBODY, Control
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.pitch import SCALES, Pitch
 from pipeline.settings import EventSettings
 from schemas import SIDES, Pressure
 

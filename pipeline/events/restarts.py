@@ -34,7 +34,7 @@ def restarts(
         control: of the match.
         shots: rows of schema Shots of the match.
         referee: rows of schema Referee of the match.
-        over: how its segments ended (:func:`pipeline.episodes.episodes`).
+        over: how its segments ended (:func:`pipeline.game.episodes.episodes`).
     """
     given = referee.filter(pl.col("event").is_in(["kick-off", "fault"])).sort("t_ns", maintain_order=True)
     ball, contacts = control.ball, control.contacts

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64, Bools
 from pipeline.events.control import NOBODY, Control
 from pipeline.events.in_way import in_way
 from pipeline.events.views import tabled, towards
-from pipeline.pitch import SCALES, Kind, Pitch
-from pipeline.roles import roles
+from pipeline.game.pitch import SCALES, Kind, Pitch
+from pipeline.game.roles import roles
+from pipeline.game.touches import BallInPlay
+from pipeline.numbers.arrays import F64, I64, Bools
 from pipeline.settings import EventSettings
-from pipeline.touches import BallInPlay
 from schemas import SIDES, Shots
 
 
@@ -57,7 +57,7 @@ def shots(
     Args:
         control: of the match.
         trajectories: rows of schema Trajectories of the match.
-        over: how its segments ended (:func:`pipeline.episodes.episodes`).
+        over: how its segments ended (:func:`pipeline.game.episodes.episodes`).
         pitch: pitch of the match.
         settings: of the stage.
     """

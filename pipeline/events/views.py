@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import F64, I64, Bools
-from pipeline.touches import BallInPlay
+from pipeline.game.touches import BallInPlay
+from pipeline.numbers.arrays import F64, I64, Bools
 from schemas import Table
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import polars as pl
 
 from pipeline import matches
+from pipeline.importers.packets.recording import is_recording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.packets.recording import is_recording
 
 _MAGIC = b"\x89MCAP0\r\n"
 

@@ -12,7 +12,8 @@ from hashlib import sha256
 
 import polars as pl
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.base.text import NAME_CHARACTERS, printable
 from pipeline.importers import mcap_log
 from pipeline.importers.football import dataset as football
 from pipeline.importers.football.providers import dataset_of, open_files
@@ -27,7 +28,6 @@ from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import quality_table
 from pipeline.settings import ImportSettings
-from pipeline.text import NAME_CHARACTERS, printable
 
 #: Bytes of the content that ``tells`` is given, at most.
 HEAD_BYTES = 1 << 16

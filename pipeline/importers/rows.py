@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import F64, I64
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames
+from pipeline.numbers.arrays import F64, I64
 from schemas import Referee, Side
 
 #: A higher score is a damaged file, not a match.

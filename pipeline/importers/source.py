@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.packing import Octets, Unpacking
 from pipeline.settings import ImportSettings
 

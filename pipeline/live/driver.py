@@ -15,17 +15,17 @@ from pipeline.arena.match.controllers import PolicyTables, controller_of
 from pipeline.arena.match.match import decisions_of, frames_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arrays import F64
-from pipeline.bodies import see
+from pipeline.game.bodies import see
+from pipeline.game.pitch import Pitch
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
 from pipeline.importers.rows import Event, referee
 from pipeline.live.encoding import Wheels, robot_control, wheel_commands
 from pipeline.live.sight import Sight
 from pipeline.live.whistle import Whistle
 from pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LEAGUES, LeagueName, Stream
-from pipeline.pitch import Pitch
+from pipeline.numbers.arrays import F64
 from pipeline.store.receipts import RELEASE
 from schemas import SIDES, Side
 
@@ -52,7 +52,8 @@ _OTHER = "adversary"
 def streams_of(protocol: Protocol, colour: Colour) -> tuple[Stream, ...]:
     """The streams that are listened to, and the stream ``commands`` to which commands are sent.
 
-    Sources: FIRASim, as for ``pipeline.packets.streams``; the ports of RoboCup-SSL/ssl-simulation-protocol.
+    Sources: FIRASim, as for ``pipeline.importers.packets.streams``; the ports of
+        RoboCup-SSL/ssl-simulation-protocol.
     """
     port = 20011 if protocol == "vsss" else 10301 if colour == "blue" else 10302
     return (*LEAGUES[LEAGUE[protocol]], Stream("commands", 9, "127.0.0.1", port))

@@ -18,17 +18,17 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
+from pipeline.drawing.painting import Point, Robot
+from pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
 from pipeline.importers.directions import WEAK, votes_of
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LeagueName
 from pipeline.importers.rows import Event, few_frames, referee
 from pipeline.live.frames import framing, pitch_of
 from pipeline.live.whistle import Whistle
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.quality import quality_table
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LeagueName
-from pipeline.painting import Point, Robot
-from pipeline.pitch import PITCHES, SCALES, Kind, Pitch
+from pipeline.numbers.arrays import I64
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations.incremental import Recogniser
 from pipeline.store.receipts import RELEASE

@@ -10,7 +10,10 @@ from typing import Protocol
 import numpy as np
 from pydantic import ValidationError
 
+from pipeline.game.pitch import Kind, Pitch
 from pipeline.importers.packets import vsss
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LeagueName, channels
 from pipeline.importers.rows import pack
 from pipeline.importers.ssl_logs import geometry, tracker, vision
 from pipeline.importers.ssl_logs.cameras import Limits, Merger
@@ -22,9 +25,6 @@ from pipeline.importers.ssl_logs.wire import fields
 from pipeline.live.screening import laid_out
 from pipeline.live.sight import batch_of
 from pipeline.matches.frame import AWAY, HOME, Frames
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LeagueName, channels
-from pipeline.pitch import Kind, Pitch
 
 #: A tracker, or a camera, that was silent for so long is not waited for, ns.
 _SILENT_NS = 500_000_000

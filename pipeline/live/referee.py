@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from pipeline.arrays import I64
+from pipeline.base.text import NAME_CHARACTERS, printable
+from pipeline.importers.packets.recorder import Packet
 from pipeline.importers.ssl_logs import fields as f
 from pipeline.importers.ssl_logs.wire import fields, texts
 from pipeline.live.screening import laid_out
-from pipeline.packets.recorder import Packet
-from pipeline.text import NAME_CHARACTERS, printable
+from pipeline.numbers.arrays import I64
 
 
 class Said(NamedTuple):

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from pipeline.arena.match.controllers import Controller
-from pipeline.arrays import F64, U8
 from pipeline.importers.ssl_logs.wire import VARINT, fields
 from pipeline.live.encoding import WHEEL_M, Wheels
+from pipeline.numbers.arrays import F64, U8
 
 
 class RemoteController(Controller):

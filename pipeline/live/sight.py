@@ -8,15 +8,15 @@ from typing import Protocol
 import numpy as np
 
 from pipeline.arena.physics.camera import look
-from pipeline.arrays import F64, Bools
-from pipeline.bodies import BALL, COLUMNS, VX, X, Y
+from pipeline.game.bodies import BALL, COLUMNS, VX, X, Y
+from pipeline.game.pitch import SCALES, Pitch
 from pipeline.importers.packets import vsss
+from pipeline.importers.packets.recorder import Packet
+from pipeline.importers.packets.streams import LeagueName, channels
 from pipeline.importers.ssl_logs import vision
 from pipeline.importers.ssl_logs.container import Batch
 from pipeline.live.screening import laid_out
-from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LeagueName, channels
-from pipeline.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F64, Bools
 
 #: Time constant of the filter that estimates velocities, seconds; that of the arena's camera.
 _SMOOTHING_S = 0.05

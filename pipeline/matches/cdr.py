@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64, Bools
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, Heights
 from pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
+from pipeline.numbers.arrays import I64, Bools
 from schemas import ROLES, SIDES, Commands, Decisions, Referee
 from schemas.commands import COMMANDS
 from schemas.decisions import ENDS

@@ -8,7 +8,7 @@ import zlib
 import polars as pl
 from pydantic import ValidationError
 
-from pipeline.errors import DamagedLog
+from pipeline.base.errors import DamagedLog
 from pipeline.matches.frame import MatchInfo
 from schemas import Quality
 

@@ -17,9 +17,9 @@ import numpy.typing as npt
 import polars as pl
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from pipeline.arrays import F32, I8, I64, Bools
-from pipeline.pitch import Pitch
-from pipeline.text import NAME_CHARACTERS, printable
+from pipeline.base.text import NAME_CHARACTERS, printable
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F32, I8, I64, Bools
 from schemas import Commands, Decisions, Quality, Referee
 
 A = TypeVar("A", np.float32, np.float64)

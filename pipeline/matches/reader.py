@@ -8,7 +8,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from pipeline.errors import DamagedLog, NoFrames
+from pipeline.base.errors import DamagedLog, NoFrames
 from pipeline.matches.description import METADATA, is_sound, parse
 from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.inbox import Inbox

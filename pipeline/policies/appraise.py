@@ -17,9 +17,9 @@ import polars as pl
 from sklearn.ensemble import HistGradientBoostingRegressor
 from threadpoolctl import threadpool_limits
 
-from pipeline.arrays import F32, F64
+from pipeline.numbers.arrays import F32, F64
+from pipeline.numbers.trees import Trees, arrays_of, logits
 from pipeline.settings import AppraisalSettings
-from pipeline.trees import Trees, arrays_of, logits
 from schemas import KEYS, ROLES, Appraisals
 from schemas.sights import SIGHT
 from schemas.situations import MOVES_RANDOMLY

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.arrays import I64
+from pipeline.numbers.arrays import I64
 from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN
 from pipeline.settings import PolicySettings
 from pipeline.state import project

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from pipeline.numbers.statistics import welch_of
 from pipeline.policies.batch import batch_of, pairs_of
 from pipeline.policies.returns import by_pair, returns, together
 from pipeline.settings import PolicySettings
 from pipeline.state.words import elements_of
-from pipeline.statistics import welch_of
 from schemas import Returns, States
 from schemas.policies import FEW
 from schemas.table import ROLES

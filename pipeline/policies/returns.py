@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.arrays import F64, I8, I64
+from pipeline.numbers.arrays import F64, I8, I64
 from pipeline.policies.sarsa import CONTINUES, TERMINAL, UNKNOWN
 
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
-from pipeline.errors import SchemaMismatch
+from pipeline.base.errors import SchemaMismatch
+from pipeline.numbers.arrays import I64
 from pipeline.policies.batch import batch_of, pairs_of
 from pipeline.policies.influence import Influence
 from pipeline.policies.sarsa import UNKNOWN, LearnedValues, Transitions, sarsa_lambda

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.episodes import episodes
-from pipeline.pitch import Pitch
+from pipeline.game.episodes import episodes
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.sums import exact
+from pipeline.sequences.windows import followed
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
-from pipeline.sums import exact
-from pipeline.windows import followed
 from schemas import SIDES, Sequences
 
 

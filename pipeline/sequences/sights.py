@@ -9,9 +9,9 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.arrays import F32, F64, I8, I64
-from pipeline.bodies import BALL, COLUMNS, see
+from pipeline.game.bodies import BALL, COLUMNS, see
 from pipeline.matches.frame import Frames, MatchLog, home_attacks
+from pipeline.numbers.arrays import F32, F64, I8, I64
 from pipeline.settings import GramSettings
 from pipeline.state.sight import see_from
 from schemas import SIDES, Sights
@@ -108,7 +108,7 @@ def _predicts_ns(settings: Mapping[str, Any], side: str) -> int:
 
 
 def _bodies(frames: Frames, chosen: I64) -> tuple[F64, dict[tuple[int, int], int]]:
-    """The bodies of some frames as :mod:`pipeline.bodies` has them; of frame -1 all are unknown.
+    """The bodies of some frames as :mod:`pipeline.game.bodies` has them; of frame -1 all are unknown.
 
     Returns:
         float64 [K, 1 + 2 N, 6] in the pitch frame, NaN where a body was not seen; and the row of each robot

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import F64, I8, I32, I64, Bools
-from pipeline.errors import SchemaMismatch
-from pipeline.pitch import Scales
+from pipeline.base.errors import SchemaMismatch
+from pipeline.game.pitch import Scales
+from pipeline.numbers.arrays import F64, I8, I32, I64, Bools
 from schemas import BODIES
 
 #: The ball's name as a team.

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import F64, I64
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F64, I64
 from pipeline.settings import SituationSettings
 from pipeline.situations import signals
 from pipeline.situations.dense import DenseMatch, Densifier

@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from pipeline.arrays import F64, I64, Bools
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F64, I64, Bools
 from pipeline.settings import SituationSettings
 from pipeline.situations import conditions, signals
 from pipeline.situations.dense import DenseMatch

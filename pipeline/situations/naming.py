@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import I8, I32, I64
+from pipeline.numbers.arrays import I8, I32, I64
 from pipeline.settings import SituationSettings
 from pipeline.situations.occurrences import Gaps, Meanings, Rows, Samples, nanoseconds, resolve
 from pipeline.situations.rulebook import holds_ns

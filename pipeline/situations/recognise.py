@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
-from pipeline.errors import SchemaMismatch
-from pipeline.pitch import SCALES, Pitch
+from pipeline.base.errors import SchemaMismatch
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import I64
 from pipeline.settings import SituationSettings
 from pipeline.situations import signals
 from pipeline.situations.dense import DenseMatch, dense_match

@@ -9,8 +9,8 @@ from functools import cache, lru_cache
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
-from pipeline.pitch import SCALES, Kind
+from pipeline.game.pitch import SCALES, Kind
+from pipeline.numbers.arrays import I64
 from pipeline.settings import SituationSettings
 from pipeline.situations import fuzzy, signals
 from pipeline.situations.conditions import Program, compile_conditions

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.pitch import Kind
+from pipeline.game.pitch import Kind
 from schemas.situations import MOVES_RANDOMLY
 
 #: A match that shows a smaller share of the usual codes is poorly recognised, ...

@@ -9,8 +9,8 @@ import numpy.typing as npt
 import polars as pl
 from numba import njit
 
-from pipeline.arrays import F64, I64, U8, Bools
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F64, I64, U8, Bools
 from pipeline.state.table import (
     AFTER_BALL,
     BALL_DISTANCE,

@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.arrays import I64, U8
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.numbers.arrays import I64, U8
 from pipeline.state.table import (
     AFTER_BALL,
     BALL_DISTANCE,

@@ -6,8 +6,8 @@ import math
 
 from numba import njit
 
-from pipeline.arrays import F32, F64
-from pipeline.bodies import BALL, THETA, VX, VY, X, Y
+from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pipeline.numbers.arrays import F32, F64
 
 #: Longest time to a goal line, seconds, and the speed below which a ball does not roll, m/s.
 LONG_S, _ROLLS = 9.0, 0.05
@@ -18,7 +18,8 @@ def see_from(view: F64, robot: int, goal_x: float, out: F32) -> None:
     """Write what a robot sees.
 
     Args:
-        view: float64 [1 + 2 N, 6], its team's (:func:`pipeline.bodies.see`); NaN where a body is not seen.
+        view: float64 [1 + 2 N, 6], its team's (:func:`pipeline.game.bodies.see`); NaN where a body is not
+            seen.
         robot: row of the robot, 1 to N.
         goal_x: goal lines from the centre, metres.
         out: float32 [30], written, in the order of ``schemas.sights.SIGHT``; NaN where a number is not known,

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import I64
+from pipeline.numbers.arrays import I64
 from schemas import ROLES
 
 SLOTS = tuple(f"{side} {role}" for side in ("own", "adversary's") for role in ROLES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.arrays import I64
+from pipeline.numbers.arrays import I64
 from pipeline.state.keys import Column, columns, decode
 from pipeline.state.table import TABLE
 from schemas.table import Key

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pipeline.arrays import Content
-from pipeline.errors import StorageFailed
+from pipeline.base.errors import StorageFailed
+from pipeline.numbers.arrays import Content
 from pipeline.store.buckets import check_local
 from pipeline.store.paths import sync, unwritable
 from pipeline.store.temporaries import beside

@@ -13,7 +13,7 @@ from typing import Any
 import duckdb
 import polars as pl
 
-from pipeline.errors import CorruptFile
+from pipeline.base.errors import CorruptFile
 from schemas import PUBLIC, Table
 
 #: Size and time of change [ns] of a file, None if it does not exist.

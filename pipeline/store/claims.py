@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 
-from pipeline.errors import BucketFailed
+from pipeline.base.errors import BucketFailed
 from pipeline.store.buckets import Entry
 from pipeline.store.mirrors import Mirror
 from pipeline.store.temporaries import alive, machine

@@ -12,8 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
-from pipeline.arrays import Content
-from pipeline.errors import NotFound, StillWritten, StorageFailed
+from pipeline.base.errors import NotFound, StillWritten, StorageFailed
+from pipeline.numbers.arrays import Content
 from pipeline.store.atomic import aside
 from pipeline.store.buckets import check_local
 from pipeline.store.foreign import ForeignFile

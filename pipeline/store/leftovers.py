@@ -6,7 +6,7 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
-from pipeline.errors import CorruptFile
+from pipeline.base.errors import CorruptFile
 from pipeline.store.claims import CLAIM, GONE_S, at_work, claimed
 from pipeline.store.mirrors import Mirror, key_of
 from pipeline.store.receipts import Manifest

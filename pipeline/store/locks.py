@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, BinaryIO
 
-from pipeline.errors import StorageFailed
+from pipeline.base.errors import StorageFailed
 from pipeline.store.paths import unwritable
 
 #: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.

@@ -30,8 +30,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.arrays import Content
-from pipeline.errors import BadSettings, BucketFailed, CorruptFile, NotFound
+from pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
+from pipeline.numbers.arrays import Content
 from pipeline.store.atomic import write
 from pipeline.store.buckets import Bucket, Entry, bucket_url
 from pipeline.store.locks import holding

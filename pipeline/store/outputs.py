@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.arrays import Content
-from pipeline.errors import CorruptFile, NotFound, Overtaken
+from pipeline.base.errors import CorruptFile, NotFound, Overtaken
+from pipeline.numbers.arrays import Content
 from pipeline.store.meter import count_written
 from pipeline.store.paths import listed, safe
 from pipeline.store.reading import Reading
@@ -30,7 +30,8 @@ class Outputs(Reading):
     """Receipts and the files that they vouch for.
 
     Attributes:
-        doubted: files that the last look at the folder found damaged or lost (:func:`flows.catalog.look`).
+        doubted: files that the last look at the folder found damaged or lost
+            (:func:`pipeline.engine.catalog.look`).
     """
 
     doubted: frozenset[Path] = frozenset()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, StorageFailed, in_one_line
+from pipeline.base.errors import CorruptFile, StorageFailed, in_one_line
 from pipeline.store.files import Files
 from pipeline.store.paths import listed, safe
 from pipeline.store.receipts import Quarantined

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import duckdb
 import polars as pl
 
-from pipeline.errors import BadQuery, NotFound
+from pipeline.base.errors import BadQuery, NotFound
 from pipeline.store.catalog import FILES, opened, pattern, quote
 from schemas import PUBLIC
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
-from pipeline.errors import CorruptFile, NotFound
+from pipeline.base.errors import CorruptFile, NotFound
 from pipeline.store.files import Files
 from pipeline.store.meter import count_read
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest

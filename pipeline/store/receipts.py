@@ -13,8 +13,8 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from pipeline import __version__
-from pipeline.arrays import Content
-from pipeline.toml import Frozen
+from pipeline.base.toml import Frozen
+from pipeline.numbers.arrays import Content
 
 
 def digest(data: Content) -> str:

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from pipeline.errors import CorruptFile
+from pipeline.base.errors import CorruptFile
 from pipeline.store.receipts import Manifest, digest
 
 M = TypeVar("M", bound=BaseModel)

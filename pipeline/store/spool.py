@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
 from types import TracebackType
 
-from pipeline.arrays import Content
+from pipeline.numbers.arrays import Content
 from pipeline.store.paths import unwritable
 
 

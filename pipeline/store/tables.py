@@ -9,7 +9,7 @@ from contextlib import suppress
 import polars as pl
 import pyarrow.parquet
 
-from pipeline.errors import CorruptFile, SchemaMismatch
+from pipeline.base.errors import CorruptFile, SchemaMismatch
 from schemas import Table
 
 SCHEMA_KEY = "pitchlore.schema"

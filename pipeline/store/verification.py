@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, NotFound
+from pipeline.base.errors import CorruptFile, NotFound
 from pipeline.store import Store
 from pipeline.store.files import Files
 from pipeline.store.mirrors import key_of

@@ -9,8 +9,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from pipeline.arrays import Content
-from pipeline.errors import CorruptFile, NotFound, Overtaken, StorageFailed
+from pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
+from pipeline.base.toml import Frozen
+from pipeline.numbers.arrays import Content
 from pipeline.store.claims import claimed
 from pipeline.store.mirrors import Mirror
 from pipeline.store.paths import listed, sync
@@ -19,7 +20,6 @@ from pipeline.store.receipts import FileRecord, Manifest, software
 from pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
 from pipeline.store.temporaries import beside
 from pipeline.store.work import Made, Work, contents
-from pipeline.toml import Frozen
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 

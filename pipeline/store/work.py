@@ -9,7 +9,7 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.arrays import Content
+from pipeline.numbers.arrays import Content
 from pipeline.store.receipts import FileRecord, canonical, digest
 from pipeline.store.tables import to_parquet
 from schemas import Table

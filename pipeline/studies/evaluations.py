@@ -17,10 +17,10 @@ import polars as pl
 from pipeline.arena.match.controllers import Decided, PolicyTables, controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
+from pipeline.base.toml import Frozen
 from pipeline.matches.frame import AWAY, HOME
-from pipeline.statistics import mean_interval, wilson
+from pipeline.numbers.statistics import mean_interval, wilson
 from pipeline.store.receipts import fingerprint
-from pipeline.toml import Frozen
 from schemas import SIDES, Evaluations
 from schemas.decisions import BRIEF_FRAMES
 

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import F32, F64, I8, I32, I64, U8, Bools
-from pipeline.errors import DamagedLog
+from pipeline.base.errors import DamagedLog
+from pipeline.game.pitch import SCALES, Scales
 from pipeline.matches.frame import AWAY, MatchLog, home_attacks, runs, wrap
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.pitch import SCALES, Scales
+from pipeline.numbers.arrays import F32, F64, I8, I32, I64, U8, Bools
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.kinematics import REPEATED, assign_roles, find_jumps, slopes
 from pipeline.trajectories.timeline import Stretches, cut_stretches, find_gaps, order_samples

@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F64, I64
 from pipeline.settings import ChanceSettings
 from pipeline.values.models import probability
 from schemas import Chances

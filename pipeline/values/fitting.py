@@ -12,9 +12,9 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss, roc_auc_score
 from threadpoolctl import threadpool_limits
 
-from pipeline.arrays import F32, F64, Bools
+from pipeline.numbers.arrays import F32, F64, Bools
+from pipeline.numbers.trees import Trees, arrays_of
 from pipeline.settings import ModelSettings
-from pipeline.trees import Trees, arrays_of
 from pipeline.values.models import (
     Logistic,
     Models,

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline import trees
-from pipeline.arrays import F32, F64, I64
-from pipeline.trees import Trees
+from pipeline.numbers import trees
+from pipeline.numbers.arrays import F32, F64, I64
+from pipeline.numbers.trees import Trees
 from schemas.values import FEATURES, NAMED
 
 #: Places of a feature's value where a robot is missing that a logistic model reads: far off, and across.

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F32, F64, I64, Bools
-from pipeline.episodes import episodes
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.episodes import episodes
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F32, F64, I64, Bools
 from pipeline.settings import MomentSettings
 from schemas import SIDES, Moments
 from schemas.values import FEATURES

@@ -11,8 +11,8 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss
 from threadpoolctl import threadpool_limits
 
-from pipeline.arrays import F64, I64, Bools
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F64, I64, Bools
 from pipeline.values.chances import FEATURES, ShotModels, features_of, logits_of
 from pipeline.values.models import probability
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64
-from pipeline.episodes import episodes
+from pipeline.game.episodes import episodes
+from pipeline.numbers.arrays import F64, I64
 from pipeline.settings import ValueSettings
 from pipeline.values.models import Models
 from schemas import SIDES, Values, Worths

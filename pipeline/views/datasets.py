@@ -27,7 +27,7 @@ from minari.data_collector import EpisodeBuffer
 from minari.dataset.minari_dataset import parse_dataset_id
 from minari.storage.datasets_root_dir import get_dataset_path
 
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from pipeline.state.keys import decode
 from pipeline.state.table import LEVELS, TABLE
 from pipeline.store.receipts import RELEASE

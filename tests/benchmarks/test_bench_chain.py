@@ -13,9 +13,9 @@ import pytest
 from conftest import SAMPLE
 from support.receipts import put_receipt, receipt_at
 
-from flows.matches import Recording, import_recording
-from flows.stage import Scope
-from flows.stages import STAGES
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stage import Scope
+from pipeline.engine.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.query import ask
@@ -77,9 +77,9 @@ def test_write(benchmark, table, how):
 MERGE = textwrap.dedent("""
     import resource, sys
     from pathlib import Path
-    from flows.stage import Output
-    from flows.stages import STAGES
-    from flows.update import scope_of
+    from pipeline.engine.stage import Output
+    from pipeline.engine.stages import STAGES
+    from pipeline.engine.update import scope_of
     from pipeline.settings import Settings
     from pipeline.store import Store
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -113,7 +113,7 @@ def test_many(benchmark, tmp_path, copies):
 
 @pytest.mark.benchmark(group="SQL over 100 matches")
 def test_sql_ours(benchmark, tmp_path):
-    from flows.catalog import refresh
+    from pipeline.engine.catalog import refresh
 
     store = Store(tmp_path)
     chain(tmp_path)

@@ -13,8 +13,8 @@ import pytest
 from conftest import SAMPLE, clip
 from support.processes import COMMAND_LINE
 
-from flows.matches import Recording, import_recording
 from flows.server import Keeper
+from pipeline.engine.matches import Recording, import_recording
 from pipeline.store import Store
 
 #: Ends the process where its first task would begin.

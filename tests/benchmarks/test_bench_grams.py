@@ -7,9 +7,9 @@ from polars.testing import assert_frame_equal
 from support.rows import sequences_of
 
 from pipeline.behaviours.grams import grams, merge, spelt
+from pipeline.numbers.sums import QUANTUM
+from pipeline.sequences.windows import side_of
 from pipeline.settings import GramSettings
-from pipeline.sums import QUANTUM
-from pipeline.windows import side_of
 from schemas import ROLES, SIDES, Goals, Situations
 
 SETTINGS = GramSettings(outcome="paper")

@@ -13,8 +13,8 @@ import pytest
 from support.as_packets import vsss_packets_of
 from support.recordings import RSIM, imported
 
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.live.following import Follower, prepare
-from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations.incremental import Recogniser
 from pipeline.situations.recognise import recognise

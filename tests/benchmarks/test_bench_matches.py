@@ -13,9 +13,9 @@ from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
 
 from pipeline import matches
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.matches.channels import FRAME, TOPICS
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog
-from pipeline.pitch import PITCHES, Kind
 
 FRAMES, ROBOTS = 28_800, 6
 INFO = MatchInfo(

@@ -17,7 +17,6 @@ import pytest
 from mcap.writer import Writer
 from support.by_attribute import ByAttribute
 
-from flows.record import record
 from pipeline import matches
 from pipeline.arena import physics
 from pipeline.arena.match.controllers import controller_of
@@ -26,8 +25,9 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.measures import Measures
-from pipeline.bodies import VX
-from pipeline.pitch import PITCHES, Kind
+from pipeline.engine.record import record
+from pipeline.game.bodies import VX
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.store import Store
 
 VSSS = PITCHES[Kind.VSSS]

@@ -19,7 +19,7 @@ import skfuzzy
 from skfuzzy import control
 from support.recordings import RSIM, imported
 
-from pipeline.pitch import SCALES, Kind
+from pipeline.game.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations import conditions, fuzzy, signals
 from pipeline.situations.conditions import execute

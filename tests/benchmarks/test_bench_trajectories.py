@@ -5,8 +5,8 @@ import polars as pl
 import pytest
 from scipy.signal import savgol_filter
 
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from pipeline.trajectories.kinematics import slopes

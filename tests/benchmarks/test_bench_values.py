@@ -9,9 +9,9 @@ from conftest import SAMPLE
 from sklearn.ensemble import HistGradientBoostingClassifier
 from threadpoolctl import threadpool_limits
 
-from pipeline import trees
 from pipeline.importers import readers
 from pipeline.importers.tracking.mapping import TrackingMap
+from pipeline.numbers import trees
 from pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from pipeline.values.fitting import fit, grow

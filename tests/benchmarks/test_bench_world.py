@@ -5,8 +5,8 @@ import pytest
 from support.by_attribute import body_by_body
 
 from pipeline.arena.physics.arena import Arena
-from pipeline.bodies import VX
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.bodies import VX
+from pipeline.game.pitch import PITCHES, Kind
 
 VSSS = PITCHES[Kind.VSSS]
 FRAMES = 6_000

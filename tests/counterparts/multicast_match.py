@@ -10,7 +10,7 @@ from threading import Thread
 from support.vsss_messages import environment
 
 from flows.watching import watch
-from pipeline.packets.streams import LEAGUES
+from pipeline.importers.packets.streams import LEAGUES
 from pipeline.store import Store
 
 SENT = 40

@@ -21,16 +21,16 @@ from typing import Any
 import polars as pl
 from support import executions, played, recordings
 
-from flows.evaluations import evaluate
-from flows.matches import Recording, import_recording
 from flows.report import write_report
-from flows.stage import Per
-from flows.stages import STAGES
-from flows.update import scope_of
-from flows.versions import emit
 from pipeline import arena, matches
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.engine.evaluations import evaluate
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stage import Per
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
+from pipeline.engine.versions import emit
 from pipeline.events.derive import events
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import EventSettings, ModelSettings, MomentSettings, Settings, TrajectorySettings
@@ -103,7 +103,7 @@ def complaint(name: str, before: str, now: Golden) -> str | None:
         return None
     noun, version = list(now.versions.items())[-1]
     return (f"{name}: the same versions, settings and inputs give something else. Raise the version of {noun} from "
-            f"{version} to {version + 1} in {PLACES.get(noun, 'flows/stages.py')}, then `make golden`")
+            f"{version} to {version + 1} in {PLACES.get(noun, 'pipeline/engine/stages.py')}, then `make golden`")
 
 
 def _csv(*tables: pl.DataFrame) -> str:

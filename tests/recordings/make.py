@@ -16,10 +16,10 @@ import polars as pl
 from support import ssl_messages as ssl
 
 from pipeline import matches
+from pipeline.game.pitch import PITCHES, Kind
+from pipeline.importers.packets.recorder import Packet, PacketRecorder
 from pipeline.importers.rows import Event, pack, referee
 from pipeline.matches.frame import MatchInfo, MatchLog, Period
-from pipeline.packets.recorder import Packet, PacketRecorder
-from pipeline.pitch import PITCHES, Kind
 
 HERE = Path(__file__).parent
 NAMES = ("amber", "blue")

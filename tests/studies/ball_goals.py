@@ -29,11 +29,11 @@ from support.recordings import INSPER, RCSS, SSL
 
 from pipeline import matches
 from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pipeline.game.pitch import Pitch
 from pipeline.importers import readers
 from pipeline.importers.tracking.ball_goals import Ball, ball_goals
 from pipeline.importers.tracking.mapping import GoalFinding
 from pipeline.matches.frame import MatchLog, home_attacks
-from pipeline.pitch import Pitch
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),

@@ -42,7 +42,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.constant import Constant
 from pipeline.arena.teams.executors.actions import CODES
-from pipeline.statistics import mean_interval
+from pipeline.numbers.statistics import mean_interval
 from pipeline.store.receipts import software
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
 from pipeline.studies.seasons.settings import named

@@ -26,7 +26,7 @@ from conftest import SAMPLE
 from studies.teams_apart import command, play
 from support.recordings import INSPER, RCSS, RSIM, SSL
 
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
 from pipeline.settings import ModelSettings
 from pipeline.store import Store
 from pipeline.values.chances import FEATURES, features_of

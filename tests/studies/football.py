@@ -28,9 +28,9 @@ from support import recordings
 from support.football import FILES, MATCH, whole_match
 
 from pipeline.events.control import NOBODY, control
+from pipeline.game.pitch import PITCHES, SCALES, Kind
 from pipeline.importers.readers import open_source, read
 from pipeline.matches.frame import MatchLog
-from pipeline.pitch import PITCHES, SCALES, Kind
 from pipeline.settings import TrajectorySettings
 from pipeline.situations.usual import recognition
 from pipeline.trajectories.derive import trajectories

@@ -24,7 +24,7 @@ from types import FrameType
 import polars as pl
 from recordings.make import FILES
 
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.tracking.mapping import TrackingMap, load_map
 

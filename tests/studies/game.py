@@ -24,8 +24,8 @@ from pipeline.arena.physics.laws import Marks, RefereeSettings
 from pipeline.importers import readers
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
+from pipeline.numbers.statistics import mean_interval
 from pipeline.settings import TrajectorySettings
-from pipeline.statistics import mean_interval
 from pipeline.trajectories.derive import trajectories
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import polars as pl
 from studies.scale import Bench, Cost
 
-from flows.stage import ALL
+from pipeline.engine.stage import ALL
 from pipeline.store import Store
 from schemas import Grams
 

@@ -23,7 +23,7 @@ from pathlib import Path
 import polars as pl
 from studies.teams_apart import command
 
-from pipeline.statistics import mean_interval
+from pipeline.numbers.statistics import mean_interval
 from pipeline.store import Store
 from pipeline.studies.seasons.measures import DIFFERENCE
 from schemas import Games

@@ -41,11 +41,6 @@ import polars as pl
 from scipy import stats
 from studies.teams_apart import command
 
-from flows.evaluations import evaluate
-from flows.placement.crew import Crew
-from flows.placement.places import crew_at
-from flows.record import record
-from flows.teams import apprentice, entrant, labelled
 from pipeline import matches as log
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
@@ -54,10 +49,15 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.teams.appraising import appraised, appraiser_of
 from pipeline.arena.teams.panel import PANEL
+from pipeline.engine.evaluations import evaluate
+from pipeline.engine.placement.crew import Crew
+from pipeline.engine.placement.places import crew_at
+from pipeline.engine.record import record
+from pipeline.engine.teams import apprentice, entrant, labelled
+from pipeline.numbers.statistics import mean_interval, welch
 from pipeline.policies.appraise import appraise
 from pipeline.sequences.sights import sights
 from pipeline.settings import AppraisalSettings, GramSettings
-from pipeline.statistics import mean_interval, welch
 from pipeline.store import Store
 from pipeline.studies.evaluations import Evaluation
 from pipeline.studies.seasons.measures import DIFFERENCE

@@ -21,7 +21,7 @@ from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
 from pipeline.arena.teams import static
 from pipeline.arena.teams.table import TEAMS, Memory, Script
-from pipeline.statistics import mean_interval
+from pipeline.numbers.statistics import mean_interval
 from schemas import SIDES
 
 #: Seeds of the reported matches. The rules and their numbers were chosen on seeds 1000 to 2329 and 5001 to 5100.

@@ -22,15 +22,15 @@ import numpy as np
 import polars as pl
 from conftest import ROOT
 
-from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
+from pipeline.engine.teams import entrant
+from pipeline.game.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pipeline.live.encoding import WHEEL_M
-from pipeline.statistics import mean_interval
+from pipeline.numbers.arrays import F64
+from pipeline.numbers.statistics import mean_interval
 from pipeline.store import Store
 
 #: Seeds that nothing was chosen on.

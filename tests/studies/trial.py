@@ -40,14 +40,14 @@ from studies.looking import ALL, HELD, STATIC, Learner, cells, learners_of, repl
 from studies.peers.playing import STEP_S, Observed, pitch_of
 from studies.peers.worth import Worth
 
-from flows.teams import apprentice, labelled
 from pipeline import arena
 from pipeline.arena.env import BEHAVIOURS, ParallelMatch
 from pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
 from pipeline.arena.teams.clock import PAPER
 from pipeline.arena.teams.constant import Constant, clock_of, constant
+from pipeline.engine.teams import apprentice, labelled
+from pipeline.numbers.statistics import mean_interval, welch
 from pipeline.state.sight import see_from
-from pipeline.statistics import mean_interval, welch
 from pipeline.store import Store
 from pipeline.store.receipts import digest
 from schemas import ROLES, SIDES

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from studies.looking import STATIC
 from studies.peers.teams import OURS
 
-from pipeline.statistics import mean_interval
+from pipeline.numbers.statistics import mean_interval
 from pipeline.studies.seasons.measures import DIFFERENCE
 from pipeline.studies.seasons.settings import named
 from pipeline.views.plots.style import png

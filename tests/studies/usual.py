@@ -18,9 +18,9 @@ from conftest import RECORDINGS, SAMPLE
 from support import recordings
 from support.football import whole_match
 
+from pipeline.game.pitch import Kind
 from pipeline.importers.readers import open_source, read
 from pipeline.matches.frame import MatchLog
-from pipeline.pitch import Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories

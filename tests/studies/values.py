@@ -32,6 +32,7 @@ from pipeline.goals import attribute
 from pipeline.importers import readers
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.sequences.derive import value
+from pipeline.sequences.windows import followed, owned_by, side_of
 from pipeline.settings import (
     GoalSettings,
     GramSettings,
@@ -47,7 +48,6 @@ from pipeline.values import models, trees
 from pipeline.values.fitting import fit, grow
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
-from pipeline.windows import followed, owned_by, side_of
 
 #: Pairings and the first seed; no choice was made on these seeds.
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (

@@ -10,17 +10,17 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from flows.catalog import forget_match, refresh
-from flows.costs import Spent
-from flows.games import Turn, done, take
-from flows.making import Outcome, make
-from flows.matches import Recording, import_recording
-from flows.progress import RunReport
-from flows.stage import Output, Per, Scope, Stage
-from flows.stages import STAGES
-from flows.update import bring_up_to_date
-from flows.versions import emit
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
+from pipeline.engine.catalog import forget_match, refresh
+from pipeline.engine.costs import Spent
+from pipeline.engine.games import Turn, done, take
+from pipeline.engine.making import Outcome, make
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.progress import RunReport
+from pipeline.engine.stage import Output, Per, Scope, Stage
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import bring_up_to_date
+from pipeline.engine.versions import emit
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.arena.physics.walls import walls
+from pipeline.game.pitch import SCALES, Pitch
 from pipeline.matches.frame import Frames
-from pipeline.pitch import SCALES, Pitch
 
 F64 = npt.NDArray[np.float64]
 

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 _CALL = """
 import json, resource, sys, time
 from pathlib import Path
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.tracking.mapping import load_map
 from pipeline.store import Store

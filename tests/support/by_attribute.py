@@ -7,8 +7,8 @@ import pymunk
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.drive import drive, publish
-from pipeline.bodies import COLUMNS, OMEGA, THETA, VX, VY, X, Y
-from pipeline.pitch import Pitch
+from pipeline.game.bodies import COLUMNS, OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.pitch import Pitch
 
 
 class ByAttribute:

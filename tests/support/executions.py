@@ -13,7 +13,7 @@ from support.toy_scenes import BY_CHANCE, CODES, ROBOTS, VSSS, M, filmed, openin
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.teams import executors
 from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.bodies import BALL, X, Y
+from pipeline.game.bodies import BALL, X, Y
 from pipeline.settings import SituationSettings
 from pipeline.situations.recognise import recognise
 

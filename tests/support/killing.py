@@ -22,7 +22,7 @@ from typing import Any
 
 from support.at_once import ACTIONS
 
-from pipeline.errors import PitchloreError
+from pipeline.base.errors import PitchloreError
 from pipeline.store import Store
 
 

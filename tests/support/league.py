@@ -11,13 +11,13 @@ import pytest
 from conftest import clip
 from support.sessions import once
 
-from flows.matches import Recording, import_recording
-from flows.scouting.write import write
-from flows.stages import STAGES
-from flows.update import scope_of
-from flows.versions import emit
+from pipeline.engine.matches import Recording, import_recording
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import scope_of
+from pipeline.engine.versions import emit
 from pipeline.settings import Settings
 from pipeline.store import Store
+from pipeline.views.scout.content.write import write
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 HOSTILE = "<script>document.title='taken'</script> \"'&"

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.pitch import SCALES, Pitch
 from pipeline.settings import SituationSettings
 from pipeline.situations import fuzzy
 from pipeline.situations.fuzzy import Variable

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from pipeline.arena.physics.laws import FREE_BALL, GOAL, GOAL_KICK, KICK_OFF, PENALTY
 from pipeline.arena.physics.referee import ATTACKERS, DEFENDERS, STUCK, Laws
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, VX, VY, X, Y
+from pipeline.game.bodies import BALL, VX, VY, X, Y
+from pipeline.numbers.arrays import F64
 
 
 class Verdict(NamedTuple):

@@ -3,8 +3,8 @@
 import numpy as np
 import polars as pl
 
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.pitch import PITCHES, Kind
 from schemas import Referee
 
 

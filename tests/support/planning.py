@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import F64, I64, Bools
-from pipeline.errors import BadSettings, NotFound, SchemaMismatch
+from pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
+from pipeline.numbers.arrays import F64, I64, Bools
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.rules.jaq import joint_index
 

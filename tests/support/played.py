@@ -11,12 +11,12 @@ from typing import Any
 
 import polars as pl
 
-from flows import games as loop
 from pipeline import matches
 from pipeline.arena.match.controllers import PolicyTables, controller_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.engine import games as loop
 from pipeline.matches.frame import Frames, MatchLog
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse

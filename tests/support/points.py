@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from pipeline.statistics import wilson
+from pipeline.numbers.statistics import wilson
 from schemas.paradigms import Paradigms
 
 GAMES = {4: "penalty", 5: "climbing", 6: "grid"}

@@ -3,7 +3,7 @@
 import numpy as np
 import polars as pl
 
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.sequences.derive import sequences
 from pipeline.settings import GramSettings
 from schemas import ROLES, SIDES, Patterns, Referee, Situations, Trajectories

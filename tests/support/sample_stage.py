@@ -68,7 +68,7 @@ EDITS = {
 '''),
         ("    goals: GoalSettings = GoalSettings()", "    sprints: SprintSettings = SprintSettings()\n"),
     ],
-    "flows/stages.py": [
+    "pipeline/engine/stages.py": [
         ("def _goals(", '''def _sprints(inputs: Inputs, settings: SprintSettings) -> Made:
     from pipeline.sprints import sprints
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.bodies import OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
 
 FRAME_S = 1 / 60
 SUBSTEPS = 4

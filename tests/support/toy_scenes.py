@@ -14,8 +14,8 @@ from pipeline.arena.teams.executors.actions import ACTION, LIMIT_S, VERB
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import seeded
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.situations import conditions, signals
 from pipeline.situations.rulebook import compiled
 from pipeline.situations.rules import RULES, Target

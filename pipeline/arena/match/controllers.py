@@ -19,10 +19,10 @@ from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.predicting import Predictor, predict
 from pipeline.arena.teams.splitmix import seeded
 from pipeline.arena.teams.table import TEAMS, Script
-from pipeline.arrays import F64
-from pipeline.bodies import COLUMNS
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import COLUMNS
 from pipeline.matches.frame import AWAY, HOME
+from pipeline.numbers.arrays import F64
 from pipeline.state import BinEdges, radix
 from schemas import Policies
 
@@ -42,7 +42,7 @@ class Controller(Protocol):
 
         Args:
             frame: its number.
-            view: float64 [1 + 2 N, 6], see :func:`pipeline.bodies.see`.
+            view: float64 [1 + 2 N, 6], see :func:`pipeline.game.bodies.see`.
             wheels: float64 [N, 2], written: left and right wheel, m/s. Before, they are those of the last
                 frame, or 0 after a restart.
         """
@@ -122,7 +122,7 @@ class PolicyTables(NamedTuple):
 
 
 class LearnedTeam(NamedTuple):
-    """A learned team; ``flows.teams.learned_team`` takes one from a data folder.
+    """A learned team; ``pipeline.engine.teams.learned_team`` takes one from a data folder.
 
     Attributes:
         settings: how it plays.

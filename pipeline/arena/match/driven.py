@@ -14,8 +14,8 @@ from pipeline.arena.match.recipe import Recipe
 from pipeline.arena.teams.chosen import carry_out
 from pipeline.arena.teams.executors.actions import ACTION, CODES
 from pipeline.arena.teams.splitmix import seeded
-from pipeline.arrays import F64
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.numbers.arrays import F64
 
 _CODES = np.array(CODES)
 _STANDS = 184

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from pipeline.arena.match.recipe import MatchSettings
-from pipeline.toml import Frozen
+from pipeline.base.toml import Frozen
 
 Actions = Literal["wheels", "behaviours"]
 Side = Literal["home", "away"]

@@ -15,9 +15,9 @@ from pipeline.arena.physics.camera import Camera
 from pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLAY_ON
 from pipeline.arena.physics.referee import Laws, RefereeEvent, begin, home_attacks, table, told, watch
 from pipeline.arena.physics.restarts import restart
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
+from pipeline.numbers.arrays import F64
 from pipeline.store.receipts import RELEASE
 from schemas import ROLES, SIDES, Decisions
 from schemas.decisions import ENDS
@@ -53,8 +53,8 @@ class Match:
 
     Attributes:
         bodies: float64 [1 + 2 N, 6], as they are at the frame that is next.
-        views: float64 [2, 1 + 2 N, 6], of home and of away: see :func:`pipeline.bodies.see`. They are the
-            bodies as the camera saw them at the last whistle, whether play was on or not.
+        views: float64 [2, 1 + 2 N, 6], of home and of away: see :func:`pipeline.game.bodies.see`. They are
+            the bodies as the camera saw them at the last whistle, whether play was on or not.
         over: whether the final whistle has been.
         in_play: whether play is on; while it is not, all wheels stand still and nobody is asked.
         attacks: +1 if home attacks +x, else -1.

@@ -1,6 +1,6 @@
 """A team's view of a match as one vector of numbers of about -1 to 1, for learners.
 
-The view is turned so that the own goal is at -x (:func:`pipeline.bodies.see`). A vector has 14 N + 7
+The view is turned so that the own goal is at -x (:func:`pipeline.game.bodies.see`). A vector has 14 N + 7
 numbers, N being the robots of a team:
 
 ================  =====================================================================================
@@ -23,8 +23,8 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.match.recipe import MatchSettings
-from pipeline.arrays import F32, F64
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.numbers.arrays import F32, F64
 
 #: One team or both, 0 home, 1 away.
 Teams = tuple[int, ...]

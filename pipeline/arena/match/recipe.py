@@ -14,9 +14,9 @@ from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.constant import PREFIX
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.table import TeamKind
-from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.base.toml import Frozen, fitted
+from pipeline.game.pitch import PITCHES, Kind, Pitch
 from pipeline.store.receipts import fingerprint
-from pipeline.toml import Frozen, fitted
 
 #: The usual time between decisions, seconds; the ids of matches with it do not say it.
 _CLOCK_S = 0.5

@@ -11,7 +11,7 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.match.stepped import SteppedMatch
 from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.table import SCRIPTED
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
 from schemas import SIDES
 
@@ -83,5 +83,5 @@ def _opponent(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | Non
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
             f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a "
-            "learned team (flows.teams.learned_team)"))
+            "learned team (pipeline.engine.teams.learned_team)"))
     return always

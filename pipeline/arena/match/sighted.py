@@ -26,8 +26,8 @@ from numba import njit
 from pipeline.arena.match.observation import LIMIT, Teams
 from pipeline.arena.match.recipe import MatchSettings
 from pipeline.arena.teams.roles import assign
-from pipeline.arrays import F32, F64
-from pipeline.bodies import Records
+from pipeline.game.bodies import Records
+from pipeline.numbers.arrays import F32, F64
 from pipeline.state.sight import LONG_S, see_from
 from schemas import ROLES
 from schemas.sights import SIGHT

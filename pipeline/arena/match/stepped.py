@@ -13,7 +13,7 @@ from pipeline.arena.match.controllers import Controller, measures_of
 from pipeline.arena.match.driven import Driven
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe
-from pipeline.arrays import F32
+from pipeline.numbers.arrays import F32
 
 
 class SteppedMatch:

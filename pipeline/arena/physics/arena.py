@@ -11,10 +11,10 @@ from pipeline.arena.physics.drive import constants, publish, roll
 from pipeline.arena.physics.exchange import Exchange
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.physics.walls import walls
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, COLUMNS, THETA, X, Y
-from pipeline.errors import BadSettings
-from pipeline.pitch import SCALES, Pitch
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import BALL, COLUMNS, THETA, X, Y
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F64
 
 
 class Arena:
@@ -29,7 +29,7 @@ class Arena:
         settings: physics.
 
     Attributes:
-        bodies: float64 [1 + 2 N, 6] of ``pipeline.bodies``, the same array always; THETA in (-pi, pi].
+        bodies: float64 [1 + 2 N, 6] of ``pipeline.game.bodies``, the same array always; THETA in (-pi, pi].
             At first all are at rest, teams in line at the middle of their halves, facing each other.
 
     Raises:

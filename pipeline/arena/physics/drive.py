@@ -16,8 +16,8 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY
+from pipeline.numbers.arrays import F64
 
 #: Columns of the forces: newtons and newton metres, in the frame of the pitch.
 FX, FY, TORQUE = range(3)
@@ -53,7 +53,7 @@ def drive(bodies: F64, wheels: F64, rims: F64, of: F64, forces: F64) -> bool:
     """The forces of the floor on all bodies for the next step; rims follow their commands.
 
     Args:
-        bodies: float64 [1 + 2 N, 6], see ``pipeline.bodies``.
+        bodies: float64 [1 + 2 N, 6], see ``pipeline.game.bodies``.
         wheels: float64 [2 N, 2], commanded left and right rim speeds, m/s.
         rims: float64 [2 N, 2], the speeds that rims have; changed.
         of: float64 [10], see ``constants``.

@@ -17,8 +17,8 @@ from pymunk import batch
 from pymunk._chipmunk import ffi, lib
 
 from pipeline.arena.physics.drive import FX, TORQUE, drive, publish
-from pipeline.arrays import F64, I64
-from pipeline.bodies import COLUMNS
+from pipeline.game.bodies import COLUMNS
+from pipeline.numbers.arrays import F64, I64
 
 _STATE = (
     batch.BodyFields.POSITION | batch.BodyFields.ANGLE
@@ -52,7 +52,7 @@ class Exchange:
     Pymunk walks through all bodies of a space, its static one last. The walk's arguments are packed once.
 
     Attributes:
-        state: float64 [1 + bodies, 6], columns of ``pipeline.bodies``, THETA not wrapped.
+        state: float64 [1 + bodies, 6], columns of ``pipeline.game.bodies``, THETA not wrapped.
         forces: float64 [1 + bodies, 3], see ``pipeline.arena.physics.drive``.
     """
 

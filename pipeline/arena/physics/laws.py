@@ -16,9 +16,9 @@ from typing import NamedTuple, Self
 
 from pydantic import Field
 
-from pipeline.errors import BadSettings
-from pipeline.pitch import SCALES, Pitch
-from pipeline.toml import Frozen
+from pipeline.base.errors import BadSettings
+from pipeline.base.toml import Frozen
+from pipeline.game.pitch import SCALES, Pitch
 
 #: Calls of the referee at a frame. From KICK_OFF to HALF the bodies are put to their places at that
 #: frame and play goes on from there; at GOAL, FOUL and END it stops.

@@ -30,11 +30,11 @@ from pipeline.arena.physics.laws import (
     RefereeSettings,
     frames_of,
 )
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, VX, VY, Record, X, Y
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import BALL, VX, VY, Record, X, Y
+from pipeline.game.pitch import SCALES, Pitch
 from pipeline.matches.frame import AWAY, HOME, Period
-from pipeline.pitch import SCALES, Pitch
+from pipeline.numbers.arrays import F64
 from schemas import SIDES, Referee
 
 #: The referee's memory; all fields int64.

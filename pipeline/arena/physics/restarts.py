@@ -14,10 +14,10 @@ from numba import njit
 
 from pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
 from pipeline.arena.physics.referee import NOBODY, WORDS, Laws, home_attacks
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, THETA, Record, X, Y, see
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
+from pipeline.game.bodies import BALL, THETA, Record, X, Y, see
 from pipeline.matches.frame import HOME
+from pipeline.numbers.arrays import F64
 
 #: Where the robots between these two would like to be, in order: shares of the half's length and of half
 #: the width, towards the own goal and to the left. The first is VSSReferee's support; the rest is ours.

@@ -24,12 +24,12 @@ from pipeline.arena.teams.executors.actions import VERB
 from pipeline.arena.teams.learned import observe
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import SplitMix, uniform
-from pipeline.arrays import F32, F64, I32, I64, Bools
-from pipeline.bodies import Records
+from pipeline.game.bodies import Records
+from pipeline.numbers.arrays import F32, F64, I32, I64, Bools
+from pipeline.numbers.trees import Trees, leaf, logits
 from pipeline.state import BinEdges, Radix, encode_one
 from pipeline.state.sight import see_from
 from pipeline.state.table import ELEMENTS
-from pipeline.trees import Trees, leaf, logits
 from schemas import ROLES
 from schemas.sights import SIGHT
 from schemas.situations import MOVES_RANDOMLY

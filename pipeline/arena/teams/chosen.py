@@ -12,8 +12,8 @@ from numba import njit
 from pipeline.arena.teams import executors
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.arrays import F64, I64
-from pipeline.bodies import Records
+from pipeline.game.bodies import Records
+from pipeline.numbers.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

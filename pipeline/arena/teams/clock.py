@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from pipeline.toml import Frozen
+from pipeline.base.toml import Frozen
 
 
 class ClockSettings(Frozen):

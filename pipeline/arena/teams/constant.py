@@ -11,7 +11,7 @@ import polars as pl
 
 from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.executors.actions import CODES
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from schemas import ROLES, Policies
 
 #: Name of the constant team that a search found best, and the file that the search wrote beside this module.

@@ -32,8 +32,8 @@ from pipeline.arena.teams.people import People
 from pipeline.arena.teams.pressing import carrier
 from pipeline.arena.teams.splitmix import SplitMix
 from pipeline.arena.teams.static import ATTACKER, KEEPER
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, VX, VY, Record, Records, X, Y
+from pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
+from pipeline.numbers.arrays import F64
 
 #: What the team remembers: whether it has won the ball.
 TEAM = np.dtype([("won", np.int64)])

@@ -20,8 +20,8 @@ from pipeline.arena.teams.people import TACTICS, People
 from pipeline.arena.teams.splitmix import SplitMix, normal
 from pipeline.arena.teams.static import ATTACKER, KEEPER
 from pipeline.arena.teams.steering import EITHER, FRONT, around, steer
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X
+from pipeline.game.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X
+from pipeline.numbers.arrays import F64
 
 _AGGRESSIVE, _DEFENSIVE, _CHASER = range(len(TACTICS))
 

@@ -28,8 +28,8 @@ from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
-from pipeline.arrays import F64, I64, U8
-from pipeline.bodies import BALL, VX, VY, Records, X, Y
+from pipeline.game.bodies import BALL, VX, VY, Records, X, Y
+from pipeline.numbers.arrays import F64, I64, U8
 from pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
 from pipeline.state.table import ELEMENTS
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.bodies import Records
-from pipeline.pitch import SCALES, Pitch
+from pipeline.game.bodies import Records
+from pipeline.game.pitch import SCALES, Pitch
 
 #: A robot's half-length on the VSSS pitch, metres; lengths of tactics are stretched from there.
 _VSSS_RADIUS = 0.0375

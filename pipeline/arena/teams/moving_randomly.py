@@ -11,8 +11,8 @@ from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.arrays import F64, I64
-from pipeline.bodies import Records
+from pipeline.game.bodies import Records
+from pipeline.numbers.arrays import F64, I64
 from schemas.situations import MOVES_RANDOMLY
 
 # Nobody's role matters to 194.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64
+from pipeline.numbers.arrays import F64, I64
 from pipeline.state import radix
 from schemas import ROLES
 from schemas.situations import MOVES_RANDOMLY

@@ -15,8 +15,8 @@ from numba import njit
 
 from pipeline.arena.teams.geometry import clamp
 from pipeline.arena.teams.measures import Measures
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
+from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
+from pipeline.numbers.arrays import F64
 
 #: Share of the difference between where a robot is seen and where it was reckoned to be that is believed.
 _TRUST = 0.3

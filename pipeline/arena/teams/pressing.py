@@ -27,8 +27,8 @@ from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.splitmix import SplitMix
 from pipeline.arena.teams.static import ATTACKER, KEEPER, SUPPORTER
 from pipeline.arena.teams.steering import around
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, Record, Records, X, Y
+from pipeline.game.bodies import BALL, Record, Records, X, Y
+from pipeline.numbers.arrays import F64
 
 # The nearest robot presses until another is nearer by so many radii (7.5 cm).
 _HYSTERESIS = 2.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from numba import njit
 
 from pipeline.arena.teams.measures import Measures
-from pipeline.arrays import F64, I64
-from pipeline.bodies import X, Y
+from pipeline.game.bodies import X, Y
+from pipeline.numbers.arrays import F64, I64
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 

@@ -35,8 +35,8 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, VX, VY, Record, Records, X, Y
+from pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
+from pipeline.numbers.arrays import F64
 
 #: Jobs of robots.
 SUPPORTER, KEEPER, ATTACKER = range(3)

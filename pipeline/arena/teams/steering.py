@@ -13,8 +13,8 @@ from numba import njit
 
 from pipeline.arena.teams.geometry import along, clamp, offset
 from pipeline.arena.teams.measures import Measures
-from pipeline.arrays import F64
-from pipeline.bodies import OMEGA, THETA, VX, VY, X, Y
+from pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
+from pipeline.numbers.arrays import F64
 
 #: Which end of the robot goes first.
 BACK, EITHER, FRONT = -1, 0, 1

@@ -24,7 +24,7 @@ class Script(NamedTuple):
             draws the person of a human-like team, and the settings of that draw.
         play: a frame of play, compiled: ``play(view, packed, splitmix, wheels, *memory)``.
 
-            - view: float64 [1 + 2 N, 6], see :func:`pipeline.bodies.see`: own robots in rows 1 to N, the
+            - view: float64 [1 + 2 N, 6], see :func:`pipeline.game.bodies.see`: own robots in rows 1 to N, the
               own goal at -x. All numbers are finite.
             - packed: ``Measures.packed()``; ``frame_s`` is the time between two calls.
             - splitmix: uint64 [1], the team's own: all that it leaves to chance.

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
 
 if TYPE_CHECKING:
     from pipeline.arena.window.screen import Board, Window

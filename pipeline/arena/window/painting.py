@@ -6,10 +6,22 @@ from typing import NamedTuple
 
 from pipeline.arena.physics.laws import Marks
 from pipeline.arena.physics.walls import CORNERS
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, THETA, X, Y
-from pipeline.painting import INK, MUTED, PAGE, Canvas, Markings, Painter, Point, Robot, Snapshot, clock, part
-from pipeline.pitch import Pitch
+from pipeline.drawing.painting import (
+    INK,
+    MUTED,
+    PAGE,
+    Canvas,
+    Markings,
+    Painter,
+    Point,
+    Robot,
+    Snapshot,
+    clock,
+    part,
+)
+from pipeline.game.bodies import BALL, THETA, X, Y
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F64
 from schemas import SIDES
 
 _DRIVEN = (255, 214, 77)

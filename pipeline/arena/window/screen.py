@@ -12,9 +12,9 @@ from pygame._sdl2 import controller
 
 from pipeline.arena.window.controls import HELP, Asked, Controls
 from pipeline.arena.window.painting import Picture, WindowPainter
-from pipeline.errors import BadSettings
-from pipeline.painting import FOOT, LINE, Canvas, ListPainter, Snapshot
-from pipeline.pitch import Pitch
+from pipeline.base.errors import BadSettings
+from pipeline.drawing.painting import FOOT, LINE, Canvas, ListPainter, Snapshot
+from pipeline.game.pitch import Pitch
 
 SIZE = (980, 860)
 LEAST = (480, 460)

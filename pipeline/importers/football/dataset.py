@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.importers.football.providers import KLOPPY
 from pipeline.importers.football.squad import Stay, numbers
 from pipeline.importers.rows import Event, referee
@@ -18,7 +18,7 @@ from pipeline.importers.source import SourceFile, slug
 from pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
 from pipeline.importers.tracking.match import match_of as match_of_table
 from pipeline.matches.frame import NO_HEIGHTS, Heights, MatchLog
-from pipeline.pitch import PITCHES, Kind
+from pipeline.numbers.arrays import F64, I64
 from schemas import SIDES
 
 if TYPE_CHECKING:

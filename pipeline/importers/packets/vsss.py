@@ -17,17 +17,17 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64, U8, Bools
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import Kind
+from pipeline.importers.packets.recording import Recording
+from pipeline.importers.packets.streams import channels
 from pipeline.importers.source import SourceFile
 from pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
 from pipeline.importers.tracking.mapping import PitchMap, TrackingMap
 from pipeline.importers.tracking.match import match_of
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import Flaw
-from pipeline.packets.recording import Recording
-from pipeline.packets.streams import channels
-from pipeline.pitch import Kind
+from pipeline.numbers.arrays import F64, I64, U8, Bools
 from schemas import SIDES
 
 # FIRASim's environment; its goals are of forks

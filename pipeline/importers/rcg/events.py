@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from pipeline.arrays import I64
 from pipeline.importers.rcg.lines import Record
 from pipeline.importers.rows import Event
 from pipeline.importers.source import SourceFile
+from pipeline.numbers.arrays import I64
 from schemas import SIDES, Side
 
 #: Playmodes in which the named team brings the ball back into play.

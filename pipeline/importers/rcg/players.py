@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64, Bools
 from pipeline.importers.rcg.lines import COUNTED, PLACES, Record
 from pipeline.importers.rows import pack
 from pipeline.matches.frame import Frames, wrap
+from pipeline.numbers.arrays import F64, I64, Bools
 from schemas import Commands
 from schemas.commands import COMMANDS
 

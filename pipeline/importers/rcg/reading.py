@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from pipeline import __version__
-from pipeline.arrays import I64
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import PITCHES, Kind
 from pipeline.importers.rcg.events import events_of
 from pipeline.importers.rcg.lines import Record, scan
 from pipeline.importers.rcg.players import commands_of, frames_of, players_of
@@ -15,7 +15,7 @@ from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchInfo, MatchLog, Period
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.pitch import PITCHES, Kind
+from pipeline.numbers.arrays import I64
 
 
 def tells(head: bytes) -> bool:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import Pitch
 from pipeline.importers.source import SourceFile
 from pipeline.importers.ssl_logs import container, tracker, vision
 from pipeline.importers.ssl_logs.cameras import CAMERAS, Limits, Merger
@@ -17,7 +18,6 @@ from pipeline.importers.ssl_logs.settings import SslMap
 from pipeline.importers.ssl_logs.survey import VISION, Span, Survey
 from pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, Unused
 from pipeline.matches.quality import Flaw
-from pipeline.pitch import Pitch
 
 #: A tracker is preferred if it was there for this share of the vision's time.
 _MOST_OF_IT = 0.9

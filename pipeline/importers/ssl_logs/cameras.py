@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import F64, I64, Bools
+from pipeline.game.pitch import SCALES, Kind
 from pipeline.importers.ssl_logs.balls import BallChooser
 from pipeline.importers.ssl_logs.groups import Groups, expanded, previous
 from pipeline.importers.ssl_logs.samples import Samples
@@ -35,7 +35,7 @@ from pipeline.importers.ssl_logs.vision import (
     X,
     Y,
 )
-from pipeline.pitch import SCALES, Kind
+from pipeline.numbers.arrays import F64, I64, Bools
 
 #: Longest time between captures of one round, seconds: cameras of 25 Hz are the slowest in use.
 _ROUND_S = 0.04

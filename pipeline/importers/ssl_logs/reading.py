@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from pipeline import __version__
-from pipeline.arrays import I64
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import Kind, Pitch
 from pipeline.importers.directions import infer_periods, unsure
 from pipeline.importers.rows import Event, referee
 from pipeline.importers.source import SourceFile
@@ -30,7 +30,7 @@ from pipeline.importers.tracking.scoring import Lack, scoring
 from pipeline.importers.tracking.states import Course, referee_events
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.pitch import Kind, Pitch
+from pipeline.numbers.arrays import I64
 
 #: Times before this are not of a clock that knows the date, Unix time in seconds: the year 2000.
 _DATED_S = 946_684_800.0

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.arrays import F64, I64
 from pipeline.importers.rows import pack
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, wrap
+from pipeline.numbers.arrays import F64, I64
 from pipeline.store.spool import Spool
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.arrays import I64
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.ssl_logs import container, geometry, tracker, vision, wire
 from pipeline.importers.ssl_logs.clock import Lags
@@ -17,6 +16,7 @@ from pipeline.importers.ssl_logs.geometry import Size
 from pipeline.importers.ssl_logs.referee import RefereeLog, Told
 from pipeline.importers.ssl_logs.senders import Senders
 from pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE
+from pipeline.numbers.arrays import I64
 
 VISION = (container.VISION_2010, container.VISION_2014)
 _READ = (*VISION, container.REFEREE, container.TRACKER)

@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.arrays import F64
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.matches.quality import Flaw
+from pipeline.numbers.arrays import F64
 
 Unit = Literal["rad", "deg"]
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import polars as pl
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.rows import MAX_SCORE
 from pipeline.importers.tracking.mapping import Columns, TrackingMap
 from pipeline.importers.tracking.words import meant

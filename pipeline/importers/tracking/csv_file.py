@@ -6,7 +6,7 @@ import io
 
 import polars as pl
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.columns import REQUIRED, chosen
 from pipeline.importers.tracking.mapping import TrackingMap

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self, get_args
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from pipeline.base.toml import fitted, tables
+from pipeline.game.pitch import Kind
 from pipeline.importers.ssl_logs.settings import SslMap
-from pipeline.pitch import Kind
-from pipeline.toml import fitted, tables
 from schemas import SIDES, Side
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]

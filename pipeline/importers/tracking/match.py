@@ -9,8 +9,8 @@ import numpy as np
 import polars as pl
 
 from pipeline import __version__
-from pipeline.arrays import F64, I64, Bools
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
+from pipeline.game.pitch import Pitch
 from pipeline.importers.directions import infer_periods, unsure, votes_of
 from pipeline.importers.rows import pack, referee
 from pipeline.importers.source import SourceFile
@@ -23,7 +23,7 @@ from pipeline.importers.tracking.scoring import scoring
 from pipeline.importers.tracking.states import Course, halves, referee_events, words_of
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.pitch import Pitch
+from pipeline.numbers.arrays import F64, I64, Bools
 from schemas import SIDES
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.columns import TEXT, chosen
 from pipeline.importers.tracking.mapping import TrackingMap

@@ -9,13 +9,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Bools
+from pipeline.game.pitch import Pitch
 from pipeline.importers.tracking.ball_goals import Ball, BallGoal, Crossing, Sequel, ball_goals
 from pipeline.importers.tracking.mapping import GoalFinding
 from pipeline.importers.tracking.states import STOPS, Course, Found, Said
 from pipeline.matches.frame import Period, home_attacks
 from pipeline.matches.quality import Flaw
-from pipeline.pitch import Pitch
+from pipeline.numbers.arrays import Bools
 from schemas import Side
 
 #: As column origin of schema Goals.

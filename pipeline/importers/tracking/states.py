@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import F64, I64
 from pipeline.importers.rows import Event, other
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.quality import Flaw
+from pipeline.numbers.arrays import F64, I64
 from schemas import SIDES, Side
 
 #: Events after which play is stopped.

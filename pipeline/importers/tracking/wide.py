@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.columns import REQUIRED, chosen, column_name, listed
 from pipeline.importers.tracking.mapping import TrackingMap

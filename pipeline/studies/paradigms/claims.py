@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.errors import SchemaMismatch
-from pipeline.statistics import Estimate, greatest, wilson
+from pipeline.base.errors import SchemaMismatch
+from pipeline.numbers.statistics import Estimate, greatest, wilson
 from pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
 from pipeline.studies.paradigms.measures import (
     NEAR_ZERO,

@@ -10,7 +10,8 @@ import numpy as np
 import polars as pl
 from pydantic import AfterValidator, Field, model_validator
 
-from pipeline.statistics import mean_interval, wilson
+from pipeline.base.toml import Frozen
+from pipeline.numbers.statistics import mean_interval, wilson
 from pipeline.store.receipts import digest
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.grid import grid_world
@@ -25,7 +26,6 @@ from pipeline.studies.paradigms.rules.rules import AnyLearner
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
 from pipeline.studies.paradigms.settling import Settling
-from pipeline.toml import Frozen
 from schemas import Paradigms
 
 #: Action selections by the names that settings use: boltzmann, epsilon-greedy, mixed.

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from pipeline.base.toml import Frozen
 from pipeline.studies.paradigms.claims import PAPER_RUNS, PEAK
 from pipeline.studies.paradigms.curves import Curve, Exploration
 from pipeline.studies.paradigms.measures import PRINTED
@@ -27,7 +28,6 @@ from pipeline.studies.paradigms.rules.ivq import IVQ
 from pipeline.studies.paradigms.rules.jaq import JAQ
 from pipeline.studies.paradigms.rules.lenient import Lenient
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
-from pipeline.toml import Frozen
 
 FigureNumber = Literal[4, 5, 6]
 

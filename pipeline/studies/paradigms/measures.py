@@ -12,7 +12,7 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.statistics import (
+from pipeline.numbers.statistics import (
     UNDEFINED,
     Estimate,
     difference,

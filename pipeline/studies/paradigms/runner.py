@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numba import njit
 
-from pipeline.arrays import F64, I64, Bools
+from pipeline.numbers.arrays import F64, I64, Bools
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.matrix import climbing
 from pipeline.studies.paradigms.rules.jaq import joint_index

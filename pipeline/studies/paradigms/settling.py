@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from pipeline.arrays import F64, I64
+from pipeline.numbers.arrays import F64, I64
 from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import Memory, Params
 from pipeline.studies.paradigms.rules.rules import values

@@ -16,7 +16,7 @@ import numpy as np
 import polars as pl
 
 from pipeline.arena.teams.constant import BEST
-from pipeline.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
+from pipeline.numbers.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
 from pipeline.studies.claims import Evidence
 from pipeline.studies.seasons import table3
 from schemas import ROLES, Evaluations, Growth

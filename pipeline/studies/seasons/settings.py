@@ -9,9 +9,9 @@ from pydantic import AfterValidator, Field
 
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
+from pipeline.base.toml import Frozen, fitted, over, tables
 from pipeline.settings import Settings, none_twice
-from pipeline.toml import Frozen, fitted, over, tables
 from schemas.seasons import PERSON, Opponent
 
 #: Seeds reserved for the matches of one season, and of one game.

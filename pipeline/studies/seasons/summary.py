@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import polars as pl
 
-from pipeline.statistics import Estimate, welch
+from pipeline.numbers.statistics import Estimate, welch
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.measures import (
     BRIEF,

@@ -6,7 +6,7 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.errors import SchemaMismatch
+from pipeline.base.errors import SchemaMismatch
 from pipeline.studies.seasons.settings import Season
 from schemas import ROLES, Games, Growth, StatesPlayed
 from schemas.behaviours import moves_randomly

@@ -13,7 +13,7 @@ from itertools import chain
 
 import polars as pl
 
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
 from pipeline.views.commentary.goals import at_ball, of_goals
 from pipeline.views.commentary.moments import (
     Moment,

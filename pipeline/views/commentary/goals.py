@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.pitch import SCALES, Pitch
-from pipeline.roles import roles
-from pipeline.touches import touches
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.game.roles import roles
+from pipeline.game.touches import touches
 from pipeline.views.commentary.moments import Moment, Weight
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.words import DONE, OTHER, robot, score, story
@@ -20,7 +20,7 @@ from schemas import SIDES
 
 
 def at_ball(trajectories: pl.DataFrame, pitch: Pitch) -> pl.DataFrame:
-    """Touches of the ball, sample by sample (:func:`pipeline.touches.touches`).
+    """Touches of the ball, sample by sample (:func:`pipeline.game.touches.touches`).
 
     Returns:
         Columns t_ns, segment, team, robot and role.

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.pitch import SCALES, Pitch
-from pipeline.roles import roles
+from pipeline.game.pitch import SCALES, Pitch
+from pipeline.game.roles import roles
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.spells import Spell
 from pipeline.views.commentary.words import OTHER, PASSES, clock, listed, metres, restart, robot, score

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from pipeline.toml import Frozen
+from pipeline.base.toml import Frozen
 
 
 class CommentarySettings(Frozen):

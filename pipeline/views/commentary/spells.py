@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.roles import roles
+from pipeline.game.roles import roles
 from pipeline.views.commentary.words import robot
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64
 from pipeline.matches.frame import MatchLog, Period
+from pipeline.numbers.arrays import F64, I64
 from schemas import SIDES, Possession, Situations, Trajectories
 
 #: Names of the teams of ``ROBOT_DTYPE``'s numbers, as the tables have them.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
-from pipeline.errors import NotFound, in_one_line
+from pipeline.base.errors import NotFound, in_one_line
 from pipeline.views.exports import foxglove, second_spectrum, tables
 from pipeline.views.exports.content import Content
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import polars as pl
 
+from pipeline.game.pitch import SCALES
 from pipeline.matches.json_log import JsonMessage, JsonTopic, json_log
-from pipeline.pitch import SCALES
 from pipeline.views.exports.content import BALL, Content
 from pipeline.views.exports.drawing import COLOURS, outline
 

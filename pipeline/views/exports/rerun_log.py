@@ -17,7 +17,7 @@ import pyarrow as pa  # a list with None becomes text in Rerun, an Arrow null en
 import rerun as rr
 import rerun.blueprint as rrb
 
-from pipeline.pitch import SCALES
+from pipeline.game.pitch import SCALES
 from pipeline.views.exports.content import BALL, Content, places
 from pipeline.views.exports.drawing import COLOURS, outline
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I64
-from pipeline.errors import BadRecording
+from pipeline.base.errors import BadRecording
 from pipeline.matches.frame import Period
+from pipeline.numbers.arrays import I64
 from pipeline.views.exports.content import BALL, Content
 from schemas import SIDES
 

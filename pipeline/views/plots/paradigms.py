@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
 from pipeline.views.plots.style import COLOURS, Dashes, plain
 
 #: Colour and marker of each learner, the same in all figures. IQ's family is blue. WoLF-PHC's is Okabe and

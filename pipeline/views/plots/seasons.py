@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from pipeline.arena.teams.table import TEAMS
-from pipeline.errors import NotFound
+from pipeline.base.errors import NotFound
 from pipeline.views.plots.style import COLOURS, Dashes, plain
 from schemas import ROLES, called
 from schemas.seasons import PERSON

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.errors import BadSettings, NotFound
-from pipeline.pitch import SCALES, Kind, Pitch
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.game.pitch import SCALES, Kind, Pitch
 from pipeline.settings import GramSettings
 from pipeline.views.replay.packing import TURN, milliseconds, quantum_of, samples_of, situated, tick_of
 from schemas import SIDES, Passes, Shots, note_on

@@ -34,9 +34,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F64, I64, U8, Bools
-from pipeline.pitch import Pitch
-from pipeline.windows import followed
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F64, I64, U8, Bools
+from pipeline.sequences.windows import followed
 
 #: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
 SEEN, SUSPECT, HEADED = 1, 2, 4

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.statistics import mean_interval
+from pipeline.numbers.statistics import mean_interval
 from schemas import SIDES
 
 #: Parts of a match in the pictures over time.

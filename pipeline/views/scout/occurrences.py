@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.windows import instances
+from pipeline.sequences.windows import instances
 from schemas import SIDES
 
 

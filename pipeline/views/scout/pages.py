@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 
-from pipeline.text import number_of
+from pipeline.base.text import number_of
 from pipeline.views.replay import asset
 from pipeline.views.scout.moments import moment
 

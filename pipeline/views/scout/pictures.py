@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from markupsafe import Markup, escape
 
-from pipeline.arrays import F64
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
+from pipeline.numbers.arrays import F64
 
 #: Cells of a heat map along and across the pitch.
 CELLS = (24, 16)

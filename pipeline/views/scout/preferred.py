@@ -10,7 +10,7 @@ import polars as pl
 from markupsafe import Markup
 
 from pipeline.arena.teams.appraising import appraised, appraiser_of
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
 from pipeline.views.scout.pictures import Mark, on_pitch
 from schemas import ROLES
 from schemas.sights import SIGHT

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.episodes import episodes
-from pipeline.statistics import wilson
+from pipeline.game.episodes import episodes
+from pipeline.numbers.statistics import wilson
 from schemas import SIDES
 from schemas.restarts import RESTARTS
 

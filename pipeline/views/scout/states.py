@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from pipeline.pitch import Pitch
+from pipeline.game.pitch import Pitch
 from pipeline.state import BinEdges
 from pipeline.views.scout.pictures import on_pitch
 from schemas import ROLES

@@ -9,7 +9,7 @@ from __future__ import annotations
 import polars as pl
 from studies.labels.moments import Recording
 
-from pipeline.pitch import SCALES
+from pipeline.game.pitch import SCALES
 from pipeline.situations import fuzzy
 from pipeline.situations.fuzzy import Variable
 

@@ -13,9 +13,9 @@ import polars as pl
 from conftest import SAMPLE
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL
 
+from pipeline.game.pitch import Pitch
 from pipeline.importers import readers
 from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.pitch import Pitch
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from flows.teams import apprentice
 from pipeline.arena.env import BEHAVIOURS
 from pipeline.arena.match.recipe import MatchSettings
 from pipeline.arena.match.sighted import NUMBERS, scale, scales
+from pipeline.engine.teams import apprentice
 from pipeline.store import Store
 from schemas import ROLES, Decisions, Sights
 from schemas.sights import SIGHT

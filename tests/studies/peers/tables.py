@@ -12,7 +12,7 @@ from studies.looking import STATIC
 from studies.peers.teams import ONCE, OURS, WHOLE, Team
 
 from pipeline.arena.teams.panel import PANEL
-from pipeline.statistics import mean_interval, welch
+from pipeline.numbers.statistics import mean_interval, welch
 from pipeline.views.plots.style import png
 from schemas.table import called
 

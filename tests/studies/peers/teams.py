@@ -13,12 +13,12 @@ from studies.looking import HELD, STATIC, USUAL, of_pairs
 from studies.peers.playing import ANY, KEPT, Choose, Observed, by_chance, by_network, played
 from studies.trial import LOOKS, Chooser, Seen
 
-from flows.evaluations import evaluate, stored
-from flows.teams import Player, apprentice, entrant, labelled
 from pipeline.arena.env import ParallelMatch
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.teams.appraising import appraiser_of
 from pipeline.arena.teams.constant import BEST
+from pipeline.engine.evaluations import evaluate, stored
+from pipeline.engine.teams import Player, apprentice, entrant, labelled
 from pipeline.store import Store
 from pipeline.store.receipts import digest
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.arena.env import ParallelMatch
-from pipeline.arrays import F32
-from pipeline.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.pitch import PITCHES, Kind
+from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pipeline.game.pitch import PITCHES, Kind
+from pipeline.numbers.arrays import F32
 from pipeline.values.models import logits_of, probability, shipped
 from pipeline.values.moments import Ball, Robots, features
 

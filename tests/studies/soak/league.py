@@ -15,9 +15,9 @@ from hostile.make import HOSTILE
 from studies.soak.processes import MARK
 from studies.soak.questions import QUESTION, Row
 
-from flows.stage import Per
-from flows.stages import STAGES
-from flows.update import nothing_new
+from pipeline.engine.stage import Per
+from pipeline.engine.stages import STAGES
+from pipeline.engine.update import nothing_new
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.receipts import digest

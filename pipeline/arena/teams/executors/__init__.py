@@ -25,8 +25,8 @@ from pipeline.arena.teams.geometry import distance, offset, unit
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.splitmix import SplitMix, uniform
 from pipeline.arena.teams.steering import set_wheels
-from pipeline.arrays import F64, I64
-from pipeline.bodies import BALL, Record
+from pipeline.game.bodies import BALL, Record
+from pipeline.numbers.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

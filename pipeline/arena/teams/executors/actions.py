@@ -9,8 +9,8 @@ from numba import njit
 
 from pipeline.arena.teams.geometry import offset
 from pipeline.arena.teams.measures import Measures
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, X, Y
+from pipeline.game.bodies import BALL, X, Y
+from pipeline.numbers.arrays import F64
 from schemas.situations import MOVES_RANDOMLY
 
 #: Controllers; ``control`` calls them.

@@ -26,8 +26,8 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, VX, VY, Record, X, Y
+from pipeline.game.bodies import BALL, VX, VY, Record, X, Y
+from pipeline.numbers.arrays import F64
 
 # From further ahead of the ball than this (cosine), it is reached from behind instead of straight on.
 _COS_AHEAD = -0.3

@@ -39,8 +39,8 @@ from pipeline.arena.teams.executors import actions
 from pipeline.arena.teams.executors.actions import GONE
 from pipeline.arena.teams.geometry import along, distance, offset, speed_of
 from pipeline.arena.teams.measures import Measures
-from pipeline.arrays import F64
-from pipeline.bodies import BALL, VX, VY, Record
+from pipeline.game.bodies import BALL, VX, VY, Record
+from pipeline.numbers.arrays import F64
 
 # Durations of the conditions of 001, 011 and 184, seconds.
 _GAINED_S, _GUIDED_S, _STOOD_S = 0.15, 0.40, 0.50

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.errors import BadSettings
+from pipeline.base.errors import BadSettings
 from pipeline.studies.paradigms.games.game import Game
 
 SIZE = 5

@@ -21,7 +21,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from pipeline.arrays import F64, I64
+from pipeline.numbers.arrays import F64, I64
 from pipeline.studies.paradigms.rules import iq
 from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition

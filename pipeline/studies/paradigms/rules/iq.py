@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pipeline.arrays import F64, I64
+from pipeline.numbers.arrays import F64, I64
 from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition, td_error
 

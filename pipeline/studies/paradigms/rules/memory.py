@@ -21,9 +21,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from pipeline.arrays import F64, I64
+from pipeline.base.toml import Frozen
+from pipeline.numbers.arrays import F64, I64
 from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.toml import Frozen
 
 #: Numbers that a rule may keep for every pair of observation and action.
 AUX = 3

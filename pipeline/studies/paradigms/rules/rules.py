@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
 
-from pipeline.arrays import F64, I64
+from pipeline.numbers.arrays import F64, I64
 from pipeline.studies.paradigms.rules import (
     distributed,
     fmq,

@@ -1,0 +1,1 @@
+"""Errors in one line, TOML, text of strangers: what everything stands on."""

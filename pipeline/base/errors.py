@@ -1,0 +1,114 @@
+"""Errors that say what is wrong, where, and what to do next, in one line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipeline.base.text import printable
+
+#: Most characters of a part of an error: a recording's own text may be in it.
+_CHARACTERS = 500
+
+
+class PitchloreError(Exception):
+    """A failure that the user can act on.
+
+    Args:
+        what: the problem, without a full stop.
+        where: the file, chunk, row or time with the problem.
+        next_step: the user's next step, as an imperative.
+    """
+
+    #: Whether the same call may succeed when it is simply tried again.
+    transient = False
+    #: Whether all other work would fail by it, too, so that none is begun any more.
+    for_all = False
+
+    def __init__(self, what: str, *, where: str = "", next_step: str = "") -> None:
+        self.what = printable(what, _CHARACTERS).rstrip(". ")
+        self.where = printable(where, _CHARACTERS)
+        self.next_step = next_step
+        super().__init__(what, where, next_step)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.what, self.where, self.next_step)
+
+    def __str__(self) -> str:
+        line = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{line}. {self.next_step}." if self.next_step else f"{line}."
+
+
+def _again(kind: type[PitchloreError], what: str, where: str, next_step: str) -> PitchloreError:
+    """An error that comes from another process, as itself."""
+    return kind(what, where=where, next_step=next_step)
+
+
+def in_one_line(error: BaseException) -> str:
+    """The message of an error in one line; an error that is not ours is named by its class."""
+    if isinstance(error, PitchloreError):
+        return str(error)
+    return printable(f"{type(error).__name__}: {' '.join(str(error).split())}", _CHARACTERS)
+
+
+class BadRecording(PitchloreError):
+    """A foreign recording cannot be understood."""
+
+
+class DamagedLog(PitchloreError):
+    """A match log (MCAP) from which nothing can be salvaged, or that may not be trusted."""
+
+
+class NoFrames(DamagedLog):
+    """A match log in which not one frame can be read."""
+
+
+class SchemaMismatch(PitchloreError):
+    """A table does not have the columns, types or bounds of its schema."""
+
+
+class CorruptFile(PitchloreError):
+    """A file's bytes are not those that its receipt or manifest vouches for."""
+
+
+class NotFound(PitchloreError):
+    """Something that was asked for by name does not exist."""
+
+
+class BadSettings(PitchloreError):
+    """A settings file or argument cannot be used."""
+
+
+class BadQuery(PitchloreError):
+    """An SQL query that the catalogue refuses."""
+
+
+class StorageFailed(PitchloreError):
+    """The disk refused a write (full, read-only, gone); trying again may help."""
+
+    transient = True
+
+
+class BucketFailed(StorageFailed):
+    """A bucket cannot be reached, or refuses, however often it was asked."""
+
+    for_all = True
+
+
+class Overtaken(PitchloreError):
+    """Another machine has written to a bucket what was to be written now; what it wrote stands."""
+
+
+class StillWritten(PitchloreError):
+    """A file changed while it was read: somebody writes it."""
+
+    transient = True
+
+
+class WorkerLost(PitchloreError):
+    """A process that worked for this one was killed."""
+
+
+class ClusterFailed(PitchloreError):
+    """A cluster cannot be reached, has ended, or has workers that cannot do this work."""
+
+    for_all = True

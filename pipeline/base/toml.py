@@ -1,0 +1,94 @@
+"""Frozen models, and how they are read from TOML: an error names the file, the key and the cure."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from pipeline.base.errors import BadSettings
+
+M = TypeVar("M", bound=BaseModel)
+#: Most characters of a settings file, and of a line of it.
+_CHARACTERS, _LINE = 1_000_000, 10_000
+
+
+class Frozen(BaseModel):
+    """A frozen model of settings: no unknown keys, no infinities."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def tables(data: bytes | str, where: str) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        BadSettings: if it is not TOML, or longer than any settings are.
+    """
+    try:
+        text = data if isinstance(data, str) else data.decode("utf-8-sig")
+        longest = max(map(len, text.split("\n")))
+        if len(text) > _CHARACTERS or longest > _LINE:  # dotted keys of such lines would take minutes
+            what = f"has a line of {longest} characters" if longest > _LINE else f"has {len(text)} characters"
+            raise BadSettings(f"{what}, more than any settings need", where=where,
+                              next_step=f"Keep to {_LINE} characters a line, and {_CHARACTERS} in all")
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise BadSettings(
+            "is nested too deeply", where=where, next_step="Write fewer tables in tables") from error
+    except ValueError as error:  # no UTF-8, no TOML, or a number of too many digits
+        raise BadSettings(
+            f"is not TOML ({error})", where=where, next_step="Mend the line it names"
+        ) from error
+
+
+def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
+    """A model from the tables of a file; ``keys`` is the next step of an error, which says where keys are.
+
+    Raises:
+        BadSettings: if a key or value does not fit; names the first.
+    """
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise unfit(error, where, keys, model) from error
+
+
+def unfit(
+    error: ValidationError, where: str, next_step: str, model: type[BaseModel] | None = None
+) -> BadSettings:
+    """The first problem of values that are no settings, as an error of ours.
+
+    Args:
+        error: of the values.
+        where: they come from.
+        next_step: what to do.
+        model: of the settings; for a key that it does not have, the error names those that it has there.
+    """
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"]) or "it"
+    said = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "extra_forbidden" and model is not None:
+        said = f"there is no such key, only {', '.join(_keys(model, first['loc'][:-1]))}"
+    return BadSettings(f"{key}: {said[:1].lower()}{said[1:]}", where=where, next_step=next_step)
+
+
+def _keys(model: type[BaseModel], path: Sequence[int | str]) -> list[str]:
+    """The keys of a table in the settings of a model; path is its place."""
+    for part in path:
+        kind = model.model_fields[str(part)].annotation if part in model.model_fields else None
+        inner = next((each for each in (kind, *get_args(kind))
+                      if isinstance(each, type) and issubclass(each, BaseModel)), None)
+        model = model if inner is None else inner  # a place in a list or a dictionary has the same model
+    return list(model.model_fields)
+
+
+def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """The table ``below``, with the keys of ``above`` in place of its own, in all subtables."""
+    out = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(out.get(key), dict)
+        out[key] = over(out[key], value) if both else value
+    return out

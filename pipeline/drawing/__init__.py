@@ -1,0 +1,1 @@
+"""Pictures of a match, for films and the window."""

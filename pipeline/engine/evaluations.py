@@ -1,0 +1,75 @@
+"""Evaluations: missing pairs of matches are played, by a crew."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import polars as pl
+
+from pipeline import arena
+from pipeline.arena.match.controllers import PolicyTables
+from pipeline.engine.placement.crew import Crew, Here
+from pipeline.engine.placement.pieces import spread
+from pipeline.engine.progress import listener
+from pipeline.engine.stages import STAGES
+from pipeline.store import Store
+from pipeline.store.work import Made, Work
+from pipeline.studies.evaluations import Evaluation, Pair, play
+from schemas import Evaluations
+
+NOUN = "evaluations"
+#: One match at a time, in this process.
+HERE = Here(1)
+
+
+def evaluate(
+    store: Store, evaluation: Evaluation, seeds: Sequence[int], policies: Mapping[str, PolicyTables],
+    crew: Crew = HERE,
+) -> tuple[pl.DataFrame, int]:
+    """Results of all pairs of an evaluation; missing pairs are played, and each is stored when it ends.
+
+    The results do not depend on the crew.
+
+    Args:
+        store: store of the results.
+        evaluation: settings of the evaluation.
+        seeds: seeds of the pairs, each once.
+        policies: by the label in the teams' settings.
+        crew: those who play.
+
+    Returns:
+        Rows of schema Evaluations of all pairs, and the number of pairs played now.
+
+    Raises:
+        WorkerLost: if a worker was lost; pairs that had ended are stored.
+    """
+    pairs = {seed: Pair(evaluation=evaluation, seed=seed) for seed in sorted(seeds)}
+    there = {seed: rows for seed, pair in pairs.items() if (rows := stored(store, pair)) is not None}
+    todo = [pair for seed, pair in pairs.items() if seed not in there]
+    listener.get().begin(NOUN, len(todo))
+    data = crew.path(store.root)
+    pieces = ((pair.name, {"data": data, "pair": pair, "policies": policies}) for pair in todo)
+    for name, rows in spread(crew, play_pair, pieces, len(todo)):
+        there[rows["seed"][0]] = rows
+        listener.get().advance(NOUN, name)
+    return pl.concat([there[seed] for seed in pairs]), len(todo)
+
+
+def play_pair(data: Path, pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
+    """Rows of schema Evaluations of a pair, which is played and stored unless it was before."""
+    store = Store(data)
+    rows = stored(store, pair)
+    if rows is None:
+        rows = play(pair, policies)
+        store.commit(_work(pair), Made([(rows, Evaluations)]))
+    return rows
+
+
+def stored(store: Store, pair: Pair) -> pl.DataFrame | None:
+    """Stored result of a pair; None if it has not been played."""
+    receipt = store.holding(_work(pair))
+    return None if receipt is None else store.read_table(receipt, "evaluations", Evaluations)
+
+
+def _work(pair: Pair) -> Work:
+    """A pair as a piece of work: it depends on the version of the arena, too."""
+    return STAGES[NOUN].work(pair.name, pair, {}, seed=pair.seed, through={"arena": arena.VERSION})

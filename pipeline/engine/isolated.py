@@ -1,0 +1,113 @@
+"""Reading of a stranger's recording in a process of its own, with limits on its time and memory."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import resource
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from functools import cache
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext
+from pathlib import Path
+
+from pipeline import matches as log
+from pipeline.base import errors
+from pipeline.base.errors import BadRecording, PitchloreError, in_one_line
+from pipeline.importers.readers import open_parts, read
+from pipeline.importers.source import SourceFile
+from pipeline.importers.tracking.mapping import TrackingMap
+from pipeline.matches.frame import MatchLog
+from pipeline.numbers.arrays import Content
+from pipeline.settings import ImportSettings
+from pipeline.store.files import Files
+
+#: A new process is forked from one that has loaded these, and has read nothing.
+_LOADED = ["pipeline.engine.isolated", "pipeline.importers.readers"]
+_TRUST = "Remove it; if you trust it, raise {} in the [imports] settings"
+
+
+def read_isolated(paths: Sequence[Path], source: SourceFile, mapping: TrackingMap) -> MatchLog:
+    """The match of a recording, read in a process of its own.
+
+    That process sends back a log of ours, or an error as JSON: nothing from it is executed.
+
+    Args:
+        paths: of the recording's files, in order.
+        source: the recording, opened.
+        mapping: how to read a tracking table.
+
+    Raises:
+        BadRecording: if it cannot be read, brings its reader down, or exceeds a limit.
+        PitchloreError: as the reader raised it.
+    """
+    limits = source.limits
+    here, there = multiprocessing.Pipe(duplex=False)
+    process = _context().Process(
+        target=_answer, args=(
+            there, [str(path) for path in paths], source.provider, source.sha256, source.match_id, mapping,
+            limits), daemon=True)
+    process.start()
+    there.close()
+    try:
+        if not here.poll(limits.seconds):
+            raise BadRecording(f"takes longer than the limit seconds = {limits.seconds:g} to read",
+                               where=source.name, next_step=_TRUST.format("seconds"))
+        kind, data = here.recv_bytes(1), here.recv_bytes(limits.megabytes << 20)
+    except (EOFError, OSError) as error:
+        process.join(5)
+        raise BadRecording(
+            f"brings its reader down (exit code {process.exitcode}), perhaps by the limit memory_megabytes = "
+            f"{limits.memory_megabytes}", where=source.name, next_step=_TRUST.format("memory_megabytes"),
+        ) from error
+    finally:
+        process.kill()
+        process.join()
+        here.close()
+    if kind == b"e":
+        said = json.loads(data)
+        found = getattr(errors, said["error"], PitchloreError)
+        raise found(said["what"], where=said["where"], next_step=said["next_step"])
+    return log.read(data, where=source.name)
+
+
+@cache
+def _context() -> ForkServerContext:
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(_LOADED)
+    return context
+
+
+def _answer(
+    there: Connection, paths: Sequence[str], provider: str | None, sha256: str, match_id: str,
+    mapping: TrackingMap, limits: ImportSettings,
+) -> None:
+    """Read a recording and send its match, in the process of its own."""
+    most = limits.memory_megabytes << 20
+    answer: tuple[bytes, Content]
+    try:
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        with ExitStack() as stack:
+            parts = [
+                (file.name, stack.enter_context(Files(file.parent).opened(file, megabytes=limits.megabytes)))
+                for file in map(Path, paths)
+            ]
+            source = open_parts(parts, provider, limits)
+            if source.sha256 != sha256:
+                raise BadRecording("changes while it is read", where=source.name,  # noqa: TRY301
+                                   next_step="Wait until it is whole")
+            match = read(source.named(match_id), mapping)
+        data = log.packed(match)
+    except Exception as error:
+        ours = error if isinstance(error, PitchloreError) else BadRecording(
+            f"cannot be read ({in_one_line(error)})", where=Path(paths[0]).name, next_step="Record it again")
+        answer = b"e", json.dumps({
+            "error": type(ours).__name__, "what": ours.what, "where": ours.where, "next_step": ours.next_step,
+        }).encode()
+    else:
+        answer = b"m", data
+    with suppress(OSError):  # nobody waits any more
+        for part in answer:
+            there.send_bytes(part)

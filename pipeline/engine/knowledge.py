@@ -1,0 +1,245 @@
+"""The noun knowledge: inputs, computation and lineage of its versions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from pipeline.base.errors import BadSettings, NotFound
+from pipeline.engine.outputs import digests, need
+from pipeline.engine.stage import Inputs, Plan, Scope, Stage
+from pipeline.numbers.estimates import BY_EVIDENCE
+from pipeline.settings import KnowledgeSettings
+from pipeline.sides.teams import Record, Team, imitated, teams
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest, Receipt
+from pipeline.store.work import Made
+from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
+
+#: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
+_PARENT = "parent"
+#: Decisions whose occasions are counted at once: this bounds memory.
+_AT_ONCE = 1 << 17
+
+
+def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) -> Plan:
+    """The inputs of the next version: behaviours, decisions, and the parent if versions accumulate.
+
+    A version that accumulates is also made from the version before it, so its key covers the tables of
+    that version. Work that any version has added is not added again.
+
+    Raises:
+        NotFound: if there is no match to learn from.
+        BadSettings: if an earlier version already holds one of the matches, made from other files or with
+            other settings.
+    """
+    if not scope.matches:
+        raise NotFound("there is no match to learn from", where=store.where,
+                       next_step="Import recordings and run the stages first")
+    receipts: dict[str, list[Receipt]] = {
+        "behaviours": [need(store, "behaviours", scope.name)],
+        "sides": [need(store, "sides", match) for match in scope.matches],
+        "decisions": [need(store, "decisions", scope.name)],
+    }
+    (decisions,) = receipts["decisions"]
+    inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides")}) | {
+        label_of(decisions, match): sha256_of(decisions, match) for match in scope.matches}
+    parent = store.latest("knowledge")
+    follows = None if parent is None else parent.version
+    seed = receipts["behaviours"][0].settings["seed"]
+    if not settings.accumulate:
+        return Plan(receipts, inputs, follows, seed=seed)
+    standing = _added(store, inputs, settings, stage, seed)
+    if standing is None and parent is not None:
+        _refuse_twice(store, parent, scope)
+    receipts[_PARENT] = [parent] if parent is not None else []
+    return Plan(receipts, inputs | _of_parent(parent), follows, standing, seed)
+
+
+def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
+    """The behaviours and occasions of a version, and the maps that selected the behaviours.
+
+    Policies of a version that accumulates imitate the team that those of its parent do, unless the settings
+    name another.
+
+    Raises:
+        NotFound: if the settings name a team that does not count.
+    """
+    from pipeline.knowledge import (  # noqa: PLC0415 (see pipeline.engine.stages)
+        behaviours,
+        merge_behaviours,
+        merge_occasions,
+        occasions,
+    )
+
+    (before,) = inputs.get(_PARENT) or (None,)
+    version = inputs.version
+    sides = pl.concat(inputs.batches("sides", Sides))
+    choosing = {match: told["choosing"] for match, told in inputs.details("decisions")["matches"].items()}
+    records = _added_up(before, teams(sides, choosing))
+    learner = imitated(records, settings.imitate, imitates(before) if before is not None else None)
+    known = behaviours(inputs.tables("behaviours", Patterns), version)
+    if before is not None:
+        known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
+    decisions = ((part, sides) for part in inputs.table("decisions", Decisions).iter_slices(_AT_ONCE))
+    can = known.filter(**learner._asdict())["behaviour_id"] if learner is not None else None
+    occurred = occasions(decisions, learner, version, settings, can)
+    matches = len(inputs["sides"])
+    if before is not None:
+        occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
+        matches += before.details["matches"]
+    (selected,) = inputs["behaviours"]
+    maps = {role: inputs.blob("behaviours", role) for role in selected.files if role.startswith("maps-")}
+    return Made(
+        [(known, Behaviours), (occurred, Occasions)],
+        blobs={role: ("npz", data) for role, data in maps.items() if data is not None},
+        details=_counts(known, occurred, matches=matches) | {
+            "imitates": learner._asdict() if learner is not None else None,
+            "teams": [team._asdict() | record._asdict() for team, record in records.items()],
+        },
+    )
+
+
+def _added_up(before: Receipt | None, records: dict[Team, Record]) -> dict[Team, Record]:
+    """The records of teams, with those of the version before."""
+    total = dict(records)
+    for row in before.details.get("teams", ()) if before is not None else ():
+        team = Team(row["team"], row["kind"])
+        new = total.get(team, Record(0, 0, 0))
+        total[team] = Record(*(row[name] + value for name, value in new._asdict().items()))
+    return dict(sorted(total.items()))
+
+
+def imitates(knowledge: Receipt) -> Team | None:
+    """The team that policies of a version imitate; None without any, or before teams were told apart."""
+    found = knowledge.details.get("imitates")
+    return None if found is None else Team(**found)
+
+
+def of_imitated(knowledge: Receipt, rows: pl.DataFrame) -> pl.DataFrame:
+    """Rows with columns team and kind: those of the team that policies of a version imitate, else all."""
+    team = imitates(knowledge)
+    return rows if team is None else rows.filter(**team._asdict())
+
+
+def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:
+    """A version of the knowledge and those that it adds to, the newest first.
+
+    Raises:
+        NotFound: if one of these versions is missing.
+    """
+    while knowledge is not None:
+        yield knowledge
+        adds_to = knowledge.parent if knowledge.settings.get("accumulate", False) else None
+        knowledge = None if adds_to is None else store.manifest("knowledge", adds_to)
+
+
+def label_of(decisions: Receipt, match: str) -> str:
+    """The label of a match's decisions among the inputs of versions; the receipt is that of its group."""
+    return f"decisions/{decisions.name}/{match}"
+
+
+def sha256_of(decisions: Receipt, match: str) -> str:
+    """SHA-256 of a match's rows among the decisions of its group.
+
+    Raises:
+        NotFound: if the decisions were made without the match.
+    """
+    told = decisions.details.get("matches", {})
+    if match not in told:
+        raise NotFound(f"decisions {decisions.name} have been made without {match}", where="decisions",
+                       next_step="Run the stages again")
+    return str(told[match]["sha256"])
+
+
+class Learned(NamedTuple):
+    """A match that a version learned from.
+
+    Attributes:
+        group: name of the output of its decisions.
+        sha256: of its decisions.
+    """
+
+    group: str
+    sha256: str
+
+
+def learned_from(version: Manifest) -> dict[str, Learned]:
+    """The matches whose decisions a version names itself, by id, in order."""
+    found = {}
+    for label, sha256 in sorted(version.inputs.items()):
+        noun, group, *rest = label.split("/")
+        if noun == "decisions" and rest:
+            # each match had an output of its own once: decisions/MATCH/decisions
+            match = group if rest == ["decisions"] else rest[0]
+            found[match] = Learned(group, sha256)
+    return dict(sorted(found.items()))
+
+
+def _of_parent(before: Manifest | None) -> dict[str, str]:
+    """The tables of the version before, among the inputs of a version that accumulates."""
+    if before is None:
+        return {}
+    return {f"{_PARENT}/{role}": before.files[role].sha256 for role in ("behaviours", "occasions")}
+
+
+def _added(
+    store: Store, inputs: dict[str, str], settings: KnowledgeSettings, stage: Stage, seed: int
+) -> Manifest | None:
+    """The version that added exactly these inputs, None if there is none."""
+    for manifest in reversed(store.manifests("knowledge")):
+        parent = {label: sha for label, sha in manifest.inputs.items() if label.startswith(f"{_PARENT}/")}
+        if manifest.key == stage.work(stage.noun, settings, inputs | parent, seed=seed).key:
+            return manifest
+    return None
+
+
+def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
+    held = {match for version in lineage(store, before) for match in learned_from(version)}
+    twice = held.intersection(scope.matches)
+    if twice:
+        raise BadSettings(
+            f"knowledge version {before.version} holds {min(twice)} already, made from other files, by "
+            "another version of the stage or by other settings, and would count it twice",
+            where=store.where,
+            next_step="Begin again in another data folder, or say accumulate = false",
+        )
+
+
+def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
+    """Counts for people, over all teams. States and occasions are those of ``state_key``."""
+    from pipeline.knowledge import finest  # noqa: PLC0415 (see pipeline.engine.stages)
+
+    occurred = finest(occurred)
+    roles = {
+        role: {
+            "behaviours": known.filter(pl.col("role") == role).height,
+            "states": occurred.filter(pl.col("role") == role).select("team", "kind", "state").unique().height,
+            "occasions": occurred.filter(pl.col("role") == role).height,
+        }
+        for role in ROLES
+    }
+    return {"matches": matches, "behaviours": known.height, "occasions": occurred.height, "roles": roles}
+
+
+def describe(store: Store, manifest: Manifest) -> str:
+    """A version of the knowledge as Markdown: counts, and what is best of the team that policies imitate."""
+    known = of_imitated(manifest, store.read_table(manifest, "behaviours", Behaviours))
+    lines = [f"# Knowledge version {manifest.version}", "", "| role | behaviours | states | occasions |",
+             "|---|---|---|---|"]
+    lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
+              for role, c in manifest.details["roles"].items()]
+    lines += ["", "| behaviour | support | value | 95 % interval |", "|---|---|---|---|"]
+    best = known.sort(*BY_EVIDENCE, descending=True).head(30)
+    lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
+              for b in best.iter_rows(named=True)]
+    return "\n".join(lines)
+
+
+def _interval(behaviour: dict[str, Any]) -> str:
+    """The interval of a behaviour's value in words; versions from before there were intervals have none."""
+    if behaviour["low"] is None:
+        return "not known"
+    return f"{behaviour['low']:+.3f} to {behaviour['high']:+.3f}"

@@ -1,0 +1,103 @@
+"""Remarks on matches and knowledge: what was assumed, why there is none, whether it mixes leagues."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+import polars as pl
+
+from pipeline.engine.stage import Scope
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest, Receipt
+from schemas import SIDES, Goals, Quality
+
+#: Flaws that say why no goal of a team is known, ...
+UNSCORED = ("goals unknown", "scorer unknown")
+#: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
+REMARKABLE = (
+    *UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling",
+    "off the pitch", "ball lost", "poor recognition",
+)
+#: Remarks of an import that are told.
+_REMARKS = 12
+#: Matches and teams that are named.
+_NAMED, _TEAMS = 5, 12
+
+
+def remarks(
+    store: Store, matches: Iterable[Receipt], flaws: Collection[str] = REMARKABLE, *, most: int = _REMARKS
+) -> list[str]:
+    """A line for each of these flaws of each match, as its table quality notes it.
+
+    Args:
+        store: has the matches.
+        matches: their receipts.
+        flaws: the flaws that are told.
+        most: number of lines from which on the others are only counted.
+    """
+    lines = []
+    for receipt in matches:
+        if not receipt.details.get("flaws", {}).keys() & {*flaws}:
+            continue
+        quality = store.read_table(receipt, "quality", Quality)
+        told = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
+        lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in told.iter_rows()]
+    more = len(lines) - most
+    return lines if more <= 0 else [*lines[:most], f"… and {more} more remarks (table quality)."]
+
+
+def lacking(store: Store, scope: Scope) -> list[str]:
+    """Why there is nothing to know of the matches of a scope, a line each; empty if there is something.
+
+    There is nothing if no behaviour was selected and no player logged a decision.
+    """
+    selected, decided = (store.readable(noun, scope.name) for noun in ("behaviours", "decisions"))
+    if selected is None or decided is None:
+        return []
+    if selected.files["patterns"].rows or decided.details.get("decisions", 0):
+        return []
+    count = {receipt.name for receipt in store.receipts("sides") if any(receipt.details["counts_as"])}
+    matches = [receipt for receipt in store.receipts("matches") if receipt.name in {*scope.matches} & count]
+    if not matches:
+        return [_nobody_counts(store, scope)]
+    goals = {receipt.name: receipt for receipt in store.receipts("goals")}
+    counted = sum(goals[match.name].details["goals"] for match in matches if match.name in goals)
+    silent = [match for match in matches if _unscored(store, match, goals.get(match.name))]
+    said = remarks(store, silent, UNSCORED, most=_NAMED)
+    many = f"{len(matches)} match{'es' if len(matches) > 1 else ''}"
+    if len(silent) == len(matches):
+        head = f"no goal of a team is known in {many}, so that nothing tells which behaviours pay"
+        return [f"No knowledge and no policy were made: {head}.", *said]
+    head = f"no behaviour surely pays in {many} with {counted} goal{'s' if counted != 1 else ''}"
+    following = 'Import more matches, or say select_by = "value" in the [behaviours] settings'
+    return [f"No knowledge and no policy were made: {head}. {following}.", *said]
+
+
+def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
+    """Whether flaws of a match say why no goal of a team is known in it."""
+    flaws = match.details.get("flaws", {})
+    if "goals unknown" in flaws or goals is None:
+        return "goals unknown" in flaws
+    return "scorer unknown" in flaws and not store.read_table(goals, "goals", Goals)["team"].count()
+
+
+def _nobody_counts(store: Store, scope: Scope) -> str:
+    """Line that the settings leave no team, and which teams there are."""
+    matches = [receipt for receipt in store.receipts("matches") if receipt.name in scope.matches]
+    there = sorted({(receipt.details[side], receipt.details["pitch"]["kind"])
+                    for receipt in matches for side in SIDES})
+    named = ", ".join(f"{team} ({kind})" for team, kind in there[:_TEAMS])
+    return (f"No knowledge and no policy were made: --kind, --team or the [sides] settings leave no team. "
+            f"There are {named}.")
+
+
+def leagues(knowledge: Manifest | None) -> list[str]:
+    """A line that warns of several leagues in one version of the knowledge; none if it has one."""
+    teams = knowledge.details.get("teams", ()) if knowledge is not None else ()
+    kinds = sorted({team["kind"] for team in teams})
+    if len(kinds) < 2:
+        return []
+    of = (f"{kind}: {', '.join(team['team'] for team in teams if team['kind'] == kind)}" for kind in kinds)
+    told = "; ".join(of)
+    return [(f"The knowledge is of {len(kinds)} leagues ({told}). Each team has behaviours of its own, and "
+             "policies imitate one team. Say --kind or --team for the knowledge of one league or team.")]

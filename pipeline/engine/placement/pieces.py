@@ -1,0 +1,148 @@
+"""Pieces of work that are given to a crew together: a failed piece stops no other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from itertools import islice
+from typing import Any, NamedTuple, TypeVar
+
+from pipeline.base.errors import WorkerLost, in_one_line
+from pipeline.engine.placement.crew import Crew
+
+R = TypeVar("R")
+
+#: Named arguments of each piece of work, by its label.
+Pieces = Mapping[str, Mapping[str, Any]]
+
+#: Parts for each worker, if there is work for them, so that all workers have work to the end.
+_PARTS_EACH = 4
+
+
+class Failure(NamedTuple):
+    """Stand-in for the result of a piece of work that has failed.
+
+    Attributes:
+        line: the error in one line.
+        transient: whether it may help to try again.
+    """
+
+    line: str
+    transient: bool = False
+
+
+class TryAgain(Exception):
+    """Some pieces of a part have failed, and may succeed if they are tried again."""
+
+    transient = True
+
+
+class Part:
+    """Pieces of work that one worker does, one after the other. What is done is not done again.
+
+    Args:
+        crew: those who do it.
+        function: of a module; does a piece. Its result may have ``transient`` as :class:`Failure`, and a
+            method ``after`` that makes it one with the result of an earlier try.
+        pieces: its named arguments, by label.
+
+    Attributes:
+        pieces: as given.
+        results: results of the function by label, in place of some a :class:`Failure`.
+    """
+
+    def __init__(self, crew: Crew, function: Callable[..., Any], pieces: Pieces) -> None:
+        self._crew, self._function, self.pieces = crew, function, pieces
+        self.results: dict[str, Any] = {}
+
+    def do(self) -> None:
+        """Do the pieces, except those that an earlier try has done.
+
+        Raises:
+            TryAgain: if some may succeed later.
+            PitchloreError: by which all others would fail, too.
+        """
+        todo = {label: arguments for label, arguments in self.pieces.items()
+                if label not in self.results or _transient(self.results[label])}
+        for label, result in self._done(todo).items():
+            before = self.results.get(label)
+            joined = before is not None and hasattr(result, "after") and not isinstance(before, Failure)
+            self.results[label] = result.after(before) if joined else result
+        again = [label for label in todo if _transient(self.results[label])]
+        if again:
+            raise TryAgain("; ".join(f"{label}: {self.results[label]}" for label in again))
+
+    def _done(self, todo: Pieces) -> dict[str, Any]:
+        """Results of some pieces. If their worker is lost, each is done by itself, and only one is lost."""
+        try:
+            return self._crew.run(each, self._function, todo)
+        except WorkerLost as error:
+            if len(todo) == 1:
+                return dict.fromkeys(todo, Failure(str(error)))
+        found: dict[str, Any] = {}
+        for label, arguments in todo.items():
+            found |= self._done({label: arguments})
+        return found
+
+
+def each(function: Callable[..., Any], pieces: Pieces) -> dict[str, Any]:
+    """Do pieces of work one after the other; for each its result, or its :class:`Failure`.
+
+    Raises:
+        PitchloreError: by which all others would fail, too.
+    """
+    results: dict[str, Any] = {}
+    for label, arguments in pieces.items():
+        try:
+            results[label] = function(**arguments)
+        except Exception as error:
+            if getattr(error, "for_all", False):
+                raise
+            results[label] = Failure(in_one_line(error), getattr(error, "transient", False))
+    return results
+
+
+def spread(
+    crew: Crew, function: Callable[..., R], pieces: Iterable[tuple[str, Mapping[str, Any]]], count: int
+) -> Iterator[tuple[str, R]]:
+    """Do pieces of work without Prefect, as many at once as the crew can.
+
+    Args:
+        crew: those who do them.
+        function: of a module; does a piece.
+        pieces: label and named arguments of each; taken when somebody is free.
+        count: number of pieces.
+
+    Yields:
+        Label and result of each, as it ends.
+
+    Raises:
+        Exception: what the first piece that failed raised; those that have begun end, no other begins.
+    """
+    workers = crew if count > 1 else crew.alone()
+
+    def give(arguments: Mapping[str, Any]) -> R:
+        return workers.run(function, **arguments)
+
+    waiting = iter(pieces)
+    with ThreadPoolExecutor(workers.width) as threads:
+        running: dict[Future[R], str] = {}
+        while True:
+            for label, arguments in islice(waiting, workers.width - len(running)):
+                running[threads.submit(give, arguments)] = label
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(future), future.result()
+
+
+def parted(pieces: Pieces, at_once: int, width: int) -> Iterator[Pieces]:
+    """Pieces of work in parts of at most ``at_once``, for a crew of some width."""
+    labels = list(pieces)
+    size = max(1, min(at_once, len(labels) // (_PARTS_EACH * width)))
+    for begin in range(0, len(labels), size):
+        yield {label: pieces[label] for label in labels[begin:begin + size]}
+
+
+def _transient(result: object) -> bool:
+    return bool(getattr(result, "transient", False))

@@ -1,0 +1,88 @@
+"""Places where pieces of work are done, by the words that name them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from pipeline.base.errors import BadSettings
+from pipeline.engine.placement.crew import Crew, Here, cores, crew
+from pipeline.engine.placement.processes import Processes
+from pipeline.settings import PLACE
+
+#: Environment variable with the place for commands that are not told another.
+VARIABLE = "PITCHLORE_ON"
+
+
+class Place(NamedTuple):
+    """Where pieces of work are done.
+
+    Attributes:
+        kind: threads, processes, dask:local or dask.
+        width: number of threads, processes or workers; of a cluster, which has its own, 0.
+        address: of the scheduler of a cluster, else empty.
+    """
+
+    kind: str
+    width: int
+    address: str = ""
+
+
+def place_of(word: str | None) -> Place:
+    """The place that a word names: threads:N, processes:N, dask:local:N or dask://HOST:PORT.
+
+    Args:
+        word: without ``:N`` there are as many as this machine has cores. None: what the environment says in
+            :data:`VARIABLE`, else processes.
+
+    Raises:
+        BadSettings: if it names none.
+    """
+    said = word or os.environ.get(VARIABLE) or "processes"
+    found = PLACE.fullmatch(said)
+    if found is None:
+        raise BadSettings(
+            f"{said!r} is no place to work", where="--on" if word else VARIABLE,
+            next_step="Name threads:N, processes:N, dask:local:N or dask://HOST:PORT")
+    if found["address"]:
+        return Place("dask", 0, f"tcp://{found['address']}")
+    return Place(found["kind"], int(found["width"] or cores()))
+
+
+@contextmanager
+def crew_at(word: str | None, root: Path) -> Iterator[Crew]:
+    """The crew of a place, while the body runs.
+
+    Args:
+        word: as for :func:`place_of`.
+        root: the data folder, which the workers of a cluster have to see.
+
+    Raises:
+        BadSettings: if the word names no place.
+        ClusterFailed: if a cluster cannot be reached, or its workers cannot do this work.
+    """
+    place = place_of(word)
+    if place.kind == "threads":
+        yield Here(place.width)
+        return
+    with ExitStack() as stack:
+        if place.kind == "processes":
+            yield stack.enter_context(Processes(place.width))
+        else:
+            from pipeline.engine.placement.cluster import opened  # noqa: PLC0415 (an extra)
+
+            yield stack.enter_context(opened(place.address, place.width, root))
+
+
+@contextmanager
+def placed(word: str | None, root: Path) -> Iterator[Crew]:
+    """The crew of a place (:func:`crew_at`) as that of the running flow, while the body runs."""
+    with crew_at(word, root) as own:
+        token = crew.set(own)
+        try:
+            yield own
+        finally:
+            crew.reset(token)

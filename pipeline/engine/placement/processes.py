@@ -1,0 +1,104 @@
+"""Worker processes of a command."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context, resource_tracker
+from pathlib import Path
+from queue import SimpleQueue
+from types import TracebackType
+from typing import ParamSpec, Self, TypeVar
+
+from pipeline.base.errors import WorkerLost
+from pipeline.engine.child import belong
+from pipeline.engine.placement.crew import Crew, Here, polars_threads
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Processes:
+    """A number of processes that do one piece of work at a time; a single one is this process.
+
+    The processes share the cores: in each, polars takes only its part of them. If a process is killed, only
+    its own work is lost, and another process is started for the next (Prefect's own pool of processes, like
+    that of the standard library, loses all work with it). All end with the process that started them, however
+    it ends: no process is left that could write files of a new run.
+
+    Args:
+        width: number of processes, at least 1.
+    """
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
+        if width > 1:
+            # read by polars when it is imported: of this process it is too late to change anything
+            os.environ.setdefault("POLARS_MAX_THREADS", polars_threads(width))
+            _start_tracker()
+        for _ in range(width):
+            self._free.put(_process() if width > 1 else None)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        while not self._free.empty():
+            process = self._free.get()
+            if process is not None:
+                process.shutdown(wait=False, cancel_futures=True)
+
+    def alone(self) -> Crew:
+        """Here: to start another process takes a second, and no other work is lost with this one."""
+        return Here(1)
+
+    def path(self, path: Path) -> Path:
+        """The same: the processes are in the folder of this one."""
+        return path
+
+    def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
+        """Do a piece of work on a free process (:meth:`pipeline.engine.placement.crew.Crew.run`)."""
+        process = self._free.get()
+        try:
+            if process is None:
+                return work(*arguments, **named)
+            return process.submit(work, *arguments, **named).result()
+        except BrokenProcessPool as error:
+            process = _process()
+            raise WorkerLost(
+                "a process that worked for this command was killed, perhaps for lack of memory",
+                next_step="Run the command again on fewer processes, as with --on processes:1; "
+                          "finished work is kept",
+            ) from error
+        finally:
+            self._free.put(process)
+
+
+def _process() -> ProcessPoolExecutor:
+    """A pool of one process, which starts with its first work."""
+    return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_begin)
+
+
+def _start_tracker() -> None:
+    """Start the process that frees the semaphores of an interrupted command, without a word on them."""
+    said = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = "ignore"
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if said is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = said
+
+
+def _begin() -> None:
+    """Belong to the command, which hears Ctrl-C for all its processes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    belong()

@@ -1,0 +1,80 @@
+"""Whether the situations of a recording are recognised, told when it is imported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from threading import Thread
+
+import numpy as np
+import polars as pl
+
+from pipeline.game.pitch import PITCHES, Kind
+from pipeline.importers.rows import few_frames
+from pipeline.matches.frame import MatchInfo, MatchLog
+from pipeline.matches.quality import Flaw, quality_table
+from pipeline.settings import SituationSettings, TrajectorySettings
+from pipeline.store.receipts import RELEASE
+from schemas.situations import MOVES_RANDOMLY
+
+#: Time of a match that is looked at, from where play begins, ns; it bounds what the look costs.
+LOOKED_NS = 120_000_000_000
+#: Events from which on play is on.
+_ON = ("kick-off", "fault", "play")
+
+
+def with_recognition(match: MatchLog) -> MatchLog:
+    """The match, with the flaw *poor recognition* if its first two minutes of play show too few situations.
+
+    They are recognised with the default settings, and compared with what this kind of match usually shows
+    (:mod:`pipeline.situations.usual`). A match that has the flaw already keeps it as it is.
+    """
+    flaw = None if "poor recognition" in match.quality["flaw"] else _poor(match)
+    if flaw is None:
+        return match
+    return replace(match, quality=pl.concat([match.quality, quality_table(match.info.match_id, [flaw])]))
+
+
+@cache
+def warm() -> None:
+    """Begin to load and compile what :func:`with_recognition` needs, once, while a recording is read.
+
+    The first time on a machine that takes ten seconds, of which reading hides a part; numba lets who asks
+    meanwhile wait for it.
+    """
+    info = MatchInfo(match_id="few", source="few", format="few", home="a", away="b", pitch=PITCHES[Kind.SSL],
+                     software=RELEASE)
+    Thread(target=_poor, args=(MatchLog(info, few_frames()),), name="recogniser", daemon=True).start()
+
+
+def _poor(match: MatchLog) -> Flaw | None:
+    """The flaw of a match whose situations are hardly recognised, else None."""
+    from pipeline.situations.recognise import recognise  # noqa: PLC0415 (numba's code is loaded with it)
+    from pipeline.situations.usual import recognition  # noqa: PLC0415 (see above)
+    from pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+    from pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+
+    part = _begin(match)
+    bodies, _ = trajectories(part, TrajectorySettings())
+    pitch = match.info.pitch
+    shown = recognition(
+        recognise(with_heights(bodies, match.heights), pitch, SituationSettings()), pitch.kind)
+    if not shown.poor:
+        return None
+    headings = np.isfinite(match.frames.robots["theta"]).any() or (len(bodies) and pitch.kind == "human")
+    cure = "check units, axes and the pitch's kind in a map" if headings else (
+        "no robot has a heading, and most situations need it: give it (column heading)")
+    note = (
+        f"{shown.codes} situations besides {MOVES_RANDOMLY} where {pitch.kind.value} matches show "
+        f"{shown.usual:.0f}, and {shown.random:.0%} of the time 'moves randomly': {cure}"
+    )
+    return Flaw("poor recognition", note, len(match.frames))
+
+
+def _begin(match: MatchLog) -> MatchLog:
+    """The match from where play begins, for ``LOOKED_NS``."""
+    frames = match.frames
+    on = match.referee.filter(pl.col("event").cast(pl.String).is_in(_ON))["t_ns"]
+    start = int(on[0]) if len(on) else 0
+    chosen = (frames.t_ns >= start) & (frames.t_ns < start + LOOKED_NS)
+    return replace(match, frames=frames.where(chosen))

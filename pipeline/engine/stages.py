@@ -1,0 +1,281 @@
+"""The chain of stages as data: each stage's inputs, version and computation.
+
+Runs, seasons, the catalogue, forget, prune, verify, the goldens and the tests iterate :data:`STAGES`. A new
+stage is one entry here. The code of a stage is loaded when it is computed, because commands that only look
+at tables iterate this list, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import polars as pl
+
+from pipeline.base.toml import Frozen
+from pipeline.engine import knowledge, models, policies
+from pipeline.engine.chain import Chain
+from pipeline.engine.stage import Inputs, Per, Stage
+from pipeline.game.pitch import Pitch
+from pipeline.settings import (
+    BehaviourSettings,
+    ChanceSettings,
+    EventSettings,
+    GoalSettings,
+    GramSettings,
+    ModelSettings,
+    MomentSettings,
+    SideSettings,
+    SituationSettings,
+    TrajectorySettings,
+    ValueSettings,
+)
+from pipeline.sides.teams import Team
+from pipeline.store.receipts import Receipt, digest
+from pipeline.store.work import Made
+from schemas import (
+    SIDES,
+    Appraisals,
+    Behaviours,
+    Chances,
+    Choices,
+    Claims,
+    Commands,
+    Decisions,
+    Evaluations,
+    Games,
+    Goals,
+    Grams,
+    Growth,
+    Matches,
+    Moments,
+    Neurons,
+    Occasions,
+    Paradigms,
+    Passes,
+    Patterns,
+    Policies,
+    Possession,
+    Pressure,
+    Quality,
+    Referee,
+    Restarts,
+    Returns,
+    Sequences,
+    Shots,
+    Sides,
+    Sights,
+    Situations,
+    States,
+    StatesPlayed,
+    Trajectories,
+    Values,
+    Verdicts,
+    Worths,
+)
+
+if TYPE_CHECKING:
+    from pipeline.matches.frame import MatchLog
+
+
+def _log(inputs: Inputs) -> MatchLog:
+    """The log of the match."""
+    from pipeline import matches  # noqa: PLC0415 (see above)
+
+    data = inputs.blob("matches", "log")
+    assert data is not None
+    return matches.read(data, where=inputs.where("matches", "log"))
+
+
+def _bodies(inputs: Inputs) -> pl.DataFrame:
+    """The match's trajectories; where the log has the ball's heights, with a column z, null elsewhere."""
+    table = inputs.table("trajectories", Trajectories)
+    if not inputs.details("matches").get("heights"):
+        return table
+    from pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+
+    return with_heights(table, _log(inputs).heights)
+
+
+def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
+    from pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+
+    table, quality = trajectories(_log(inputs), settings)
+    return Made([(table, Trajectories), (quality, Quality)])
+
+
+def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
+    from pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
+
+    found = recognise(_bodies(inputs), inputs.pitch, settings)
+    counts = {team: found.filter(pl.col("team") == team).height for team in SIDES}
+    return Made([(found, Situations)], details={"situations": counts})
+
+
+def _sides(inputs: Inputs, settings: SideSettings) -> Made:
+    from pipeline.sides import sides  # noqa: PLC0415 (see above)
+
+    table = sides(inputs.table("matches", Matches), settings)
+    return Made([(table, Sides)], details={
+        "kind": table["kind"][0], "counts_as": table["counts_as"].to_list()})
+
+
+def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
+    from pipeline.goals import attribute  # noqa: PLC0415 (see above)
+
+    told = inputs.details("matches").get("goals", {})
+    table = attribute(
+        inputs.table("matches", Referee), _bodies(inputs),
+        inputs.table("situations", Situations), inputs.pitch, settings, told.get("from"),
+        told.get("confidence", {}),
+    )
+    return Made([(table, Goals)], details={"goals": table.height})
+
+
+def _events(inputs: Inputs, settings: EventSettings) -> Made:
+    from pipeline.events.derive import events  # noqa: PLC0415 (see above)
+
+    found = events(_bodies(inputs), inputs.table("matches", Referee), inputs.pitch, settings)
+    return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
+                 (found.pressure, Pressure), (found.restarts, Restarts)])
+
+
+def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
+    from pipeline.values.moments import moments  # noqa: PLC0415 (see above)
+
+    table = moments(
+        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
+    return Made([(table, Moments)])
+
+
+def _models(inputs: Inputs, settings: ModelSettings) -> Made:
+    from pipeline.values import chances, shooting  # noqa: PLC0415 (see above)
+    from pipeline.values.fitting import fit  # noqa: PLC0415 (see above)
+    from pipeline.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
+
+    leagues: dict[str, dict[str, pl.DataFrame]] = {}
+    shots: dict[str, dict[str, tuple[pl.DataFrame, Pitch]]] = {}
+    tables_of = (inputs.tables("moments", Moments), inputs.tables("events", Shots))
+    for match, table, of_match in zip(inputs["matches"], *tables_of, strict=True):
+        kind = models.kind_of(match)
+        leagues.setdefault(kind, {})[match.name] = table
+        shots.setdefault(kind, {})[match.name] = of_match, Pitch.model_validate(match.details["pitch"])
+    blobs, reports, of_shots = {}, {}, {}
+    for kind, tables in sorted(leagues.items()):
+        found, reports[kind] = fit(pl.concat(tables.values()), settings, shipped())
+        if found is not None:
+            blobs[kind] = ("npz", to_bytes(found))
+        by_shots, of_shots[kind] = shooting.fit(shots[kind], settings.penalty)
+        blobs[_shots_of(kind)] = ("npz", chances.to_bytes(by_shots))
+    matches = {kind: list(tables) for kind, tables in leagues.items()}
+    return Made([], blobs=blobs, details={"report": reports, "shots": of_shots, "matches": matches})
+
+
+def _shots_of(kind: str) -> str:
+    """The role of the models of a league's shots."""
+    return f"shots-{kind}"
+
+
+def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
+    from pipeline.values.chances import chances, from_bytes  # noqa: PLC0415 (see above)
+
+    fitted = inputs.blob("models", _shots_of(inputs.pitch.kind))
+    (match,) = inputs["matches"]
+    table = chances(match.name, inputs.table("events", Shots), inputs.pitch,
+                    from_bytes(fitted) if fitted else None, settings)
+    return Made([(table, Chances)], details={"goals_at_least": settings.goals_at_least})
+
+
+def _values(inputs: Inputs, settings: ValueSettings) -> Made:
+    from pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
+    from pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
+
+    fitted = inputs.blob("models", inputs.pitch.kind)
+    table = values(inputs.table("moments", Moments), from_bytes(fitted) if fitted else shipped())
+    changed = worths(
+        inputs.table("situations", Situations), table, inputs.table("matches", Referee),
+        inputs.table("trajectories", Trajectories), settings,
+    )
+    return Made([(table, Values), (changed, Worths)], details={"models": "fitted" if fitted else "shipped"})
+
+
+def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
+    from pipeline.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
+    from pipeline.sequences.sights import sights  # noqa: PLC0415 (see above)
+
+    goals = inputs.table("goals", Goals)
+    table = sequences(
+        inputs.table("situations", Situations), goals, inputs.table("values", Worths),
+        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings,
+    )
+    # a log that is known to hold no decisions is not read
+    if inputs.details("matches").get("decisions") == 0 and settings.watched_s is None:
+        return Made([(table, Sequences)])
+    log = _log(inputs)
+    logged = choices(log.decisions, goals, settings)
+    seen = sights(log, inputs.table("values", Values), settings, table)
+    return Made([(table, Sequences), (logged, Choices), (seen, Sights)])
+
+
+def _counting(sides: Sequence[Receipt]) -> dict[str, dict[str, Team]]:
+    """The teams that the sides of matches count for, by match and side, by the receipts of their sides."""
+    return {
+        own.name: {side: Team(team, own.details["kind"])
+                   for side, team in zip(SIDES, own.details["counts_as"], strict=True) if team is not None}
+        for own in sides
+    }
+
+
+def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
+    from pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
+    from pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
+
+    learned = learn(lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]), settings)
+    return Made(
+        [(learned.patterns, Patterns), (learned.grams, Grams), (learned.neurons, Neurons)],
+        blobs={f"maps-n{n}": ("npz", to_bytes(maps)) for n, maps in learned.maps.items()},
+        details={"reports": learned.reports},
+    )
+
+
+def _decisions(inputs: Inputs, settings: Frozen) -> Made:
+    from pipeline.decisions import choosing, decide, digests  # noqa: PLC0415 (see above)
+
+    table = decide(
+        lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]),
+        inputs.table("behaviours", Patterns), pl.concat(inputs.batches("sequences", Choices)),
+    )
+    found, logged = digests(table), choosing(table)
+    told = {receipt.name: {"sha256": found.get(receipt.name, digest(b"")),
+                           "choosing": logged.get(receipt.name, [])} for receipt in inputs["sequences"]}
+    return Made([(table, Decisions)], details={
+        "decisions": table.height, "chosen": int(table["chosen"].sum()), "matches": told})
+
+
+STAGES = Chain(
+    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=3),
+    Stage("sides", Per.MATCH, ("matches",), (Sides,), 1, _sides),
+    Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
+    Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
+    Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 3, _goals),
+    Stage("events", Per.MATCH, ("matches", "trajectories"),
+          (Possession, Passes, Shots, Pressure, Restarts), 5, _events),
+    Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
+    Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models, choose=models.choose),
+    Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),
+    Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
+          (Values, Worths), 3, _values),
+    Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),
+          (Sequences, Choices, Sights), 4, _sequences),
+    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
+    Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
+    Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
+          knowledge.compute, knowledge.plan),
+    Stage("policies", Per.VERSION, ("matches", "knowledge", "sides", "sequences", "decisions"),
+          (Policies, Appraisals, Returns, States), 5,
+          policies.compute, policies.plan),
+    Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=2),
+    Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=2),
+    Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=2),
+    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=6),
+)

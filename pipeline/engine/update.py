@@ -1,0 +1,189 @@
+"""Bring all stages up to date: the outputs to make, their order, and the matches that drop out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import takewhile
+
+from pipeline.base.errors import PitchloreError
+from pipeline.engine.catalog import look
+from pipeline.engine.costs import Cost, Spent
+from pipeline.engine.lacking import lacking, leagues
+from pipeline.engine.making import Outcome
+from pipeline.engine.matches import PLAYING, WATCHING, all_here, inbox, mend, strangers
+from pipeline.engine.memo import Memo
+from pipeline.engine.outputs import match_names
+from pipeline.engine.progress import RunReport
+from pipeline.engine.stage import Output, Scope, Stage
+from pipeline.engine.stages import STAGES
+from pipeline.settings import ImportSettings, Settings
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest
+
+#: Makes outputs, each by some stages in order; gives each with its outcome, as it ends.
+Perform = Callable[[Mapping[Output, Sequence[Stage]], Settings, Scope], Iterator[tuple[Output, Outcome]]]
+#: Makes the next version of a noun unless one stands: its number, whether it is new, and what was spent.
+Emit = Callable[[Stage, Settings, Scope], tuple[int, bool, Spent]]
+
+
+class NewWork(Exception):
+    """Raised when there is something to make."""
+
+
+def scope_of(store: Store) -> Scope:
+    """The scope of a single stage's flow: all matches that no stage has in quarantine."""
+    bad = {record.name for record in store.quarantined()}
+    return Scope(matches=tuple(name for name in match_names(store) if name not in bad))
+
+
+def bring_up_to_date(
+    store: Store, settings: Settings, report: RunReport, perform: Perform, emit: Emit, *, train: bool = True
+) -> None:
+    """Make all new outputs, stage by stage. A match that fails drops out, and the others continue.
+
+    If there is nothing to know, no version is made. Notes say what is missing.
+
+    Args:
+        store: the data folder.
+        settings: settings of all stages.
+        report: report on the import; the reports of the stages are added.
+        perform: makes outputs.
+        emit: makes versions.
+        train: whether to make a policy.
+    """
+    scope = Scope(matches=tuple(match_names(store)))
+    for leg in STAGES.legs():
+        if not scope.matches:
+            break
+        failed = bring(store, leg, settings, scope, report, perform)
+        if any(output.match is None for output in failed):
+            scope = scope.model_copy(update={"matches": ()})
+        dropped = {output.match for output in failed}
+        scope = scope.model_copy(update={"matches": tuple(m for m in scope.matches if m not in dropped)})
+    nothing = lacking(store, scope) if scope.matches else []
+    said = report.stage("matches").notes
+    report.notes += [line for line in nothing if line not in said]
+    if scope.matches and not nothing:
+        known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
+        report.knowledge_is_new = bool(known)
+        if train and known is not None:
+            report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
+        report.notes += leagues(store.latest("knowledge"))
+    _look_at_versions(store, report)
+
+
+def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, emit: Emit) -> bool | None:
+    """Whether a new version was made; None if it cannot be, which is one more failure of the report."""
+    try:
+        version, new, spent = emit(stage, settings, scope)
+    except PitchloreError as error:
+        if error.for_all:
+            raise
+        report.stage(stage.noun).failed["version"] = str(error)
+        return None
+    if spent.seconds:
+        report.versions.setdefault(stage.noun, Cost()).add(f"version {version}", spent)
+    return new
+
+
+def nothing_new(
+    store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True
+) -> RunReport | None:
+    """The report of a run without work, None if there is something to import or to make."""
+    left = store.abandoned(PLAYING) + store.abandoned(WATCHING)
+    imported = None if left else all_here(store, inbox(store), limits)
+    if imported is None:
+        return None
+    imported.failed |= strangers(store)
+    report = RunReport(stages=[imported])
+    look_for_damage(store, report)
+
+    def refuse(*_: object) -> Iterator[tuple[Output, Outcome]]:
+        raise NewWork
+
+    def standing(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:
+        assert stage.plan is not None
+        own = stage.settings(settings)
+        plan = stage.plan(store, scope, own, stage)
+        found = plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
+        if found is None:
+            raise NewWork
+        return found.version, False, Spent()
+
+    try:
+        bring_up_to_date(store, settings, report, refuse, standing, train=train)
+    except NewWork:
+        return None
+    return report
+
+
+def look_for_damage(store: Store, report: RunReport) -> None:
+    """Mend matches from their logs, and report the damage that no stage can mend.
+
+    The store doubts damaged outputs from now on, so that they are made again.
+    """
+    report.stage("matches").failed |= store.unreadable("matches")
+    damaged = look(store).damaged
+    for file in damaged:
+        if file.receipt.noun == "matches":
+            mend(store, file.receipt)
+    for file in look(store).damaged if damaged else ():
+        noun, name = file.receipt.noun, file.receipt.name
+        if isinstance(file.receipt, Manifest):
+            report.stage(noun).failed[f"version {file.receipt.version}"] = file.advice
+        elif noun == "matches":
+            report.stage(noun).failed[name] = file.advice
+
+
+def bring(
+    store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope, report: RunReport, perform: Perform
+) -> list[Output]:
+    """Make the new outputs of a leg's stages, add to the report, and return those that failed."""
+    reports = [report.stage(stage.noun) for stage in leg]
+    refused = {(record.noun, record.name) for record in store.quarantined()}
+    memo = Memo(store, leg, settings, scope)
+    todo: dict[Output, Sequence[Stage]] = {}
+    for output in leg[0].outputs(scope):
+        done = leg if memo.holds(output) else _done(store, leg, output, settings, scope)
+        for stage, stage_report in zip(done, reports, strict=False):
+            stage_report.kept += 1
+            if (stage.noun, output.name) in refused:
+                store.release(stage.noun, output.name)
+        if len(done) < len(leg):
+            todo[output] = leg[len(done):]
+        else:
+            memo.note(output)
+    memo.keep()
+    failed = []
+    for output, outcome in perform(todo, settings, scope) if todo else ():
+        for noun, new in outcome.made.items():
+            report.stage(noun).count(output.name, new)
+        for noun, spent in outcome.costs.items():
+            report.stage(noun).cost.add(output.name, spent)
+        for noun, why in outcome.failed.items():
+            report.stage(noun).failed[output.name] = why
+            failed.append(output)
+    for stage_report in reports:
+        stage_report.made.sort()
+        stage_report.same.sort()
+    return failed
+
+
+def _done(
+    store: Store, leg: Sequence[Stage], output: Output, settings: Settings, scope: Scope
+) -> Sequence[Stage]:
+    """The first stages of a leg that have made their output of a name."""
+    own = scope.of(output)
+    return list(takewhile(
+        lambda stage: STAGES.done(store, stage, output, stage.settings(settings), own), leg))
+
+
+def _look_at_versions(store: Store, report: RunReport) -> None:
+    """Report the newest versions, and those that cannot be read."""
+    for noun in STAGES.versioned:
+        unreadable = store.unreadable(noun)
+        if unreadable:
+            report.stage(noun).failed |= unreadable
+    known, learned = (store.latest(noun) for noun in STAGES.versioned)
+    report.knowledge = known.version if known else None
+    report.policy = learned.version if learned else None

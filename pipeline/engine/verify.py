@@ -1,0 +1,106 @@
+"""Verification of a data folder: files, and what versions and outputs were made from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pipeline.base.errors import NotFound, PitchloreError
+from pipeline.engine.knowledge import lineage
+from pipeline.engine.stage import Per
+from pipeline.engine.stages import STAGES
+from pipeline.store import Store
+from pipeline.store.files import Files
+from pipeline.store.sealed import REMEDY_OF_VERSION
+from pipeline.store.verification import Verification, restore, verify
+
+
+def verify_all(store: Store, *, season: bool = False) -> Verification:
+    """Check a data folder, and those of its seasons: files, checksums, lineage.
+
+    Args:
+        store: the data folder.
+        season: whether it is that of a season, which may discard matches after it has learned from them.
+    """
+    versions = [(noun, version) for noun in STAGES.versioned for version in store.versions(noun)]
+    found = verify(store, STAGES.receipted, versions)
+    found.others += _parents(store)
+    if not season:
+        found.others += _matches(store)
+    for receipt in () if season else store.receipts("seasons"):
+        folder = store.root / "seasons" / receipt.name
+        if folder.is_dir():
+            inner = verify_all(Store(folder), season=True)
+            found.files += inner.files
+            found.size += inner.size
+            found.unsealed += inner.unsealed
+            found.damages += inner.damages
+            found.others += inner.others
+    return found
+
+
+def verify_knowledge(store: Store, version: int | None = None) -> Verification:
+    """Check the versions of the knowledge, or one of them.
+
+    Raises:
+        NotFound: if there is no version of that number.
+    """
+    if version is not None and version not in store.versions("knowledge"):
+        store.manifest("knowledge", version)  # says which there are
+    numbers = store.versions("knowledge") if version is None else [version]
+    return verify(store, (), [("knowledge", number) for number in numbers])
+
+
+def backup_at(path: Path) -> Files:
+    """A backup of the data folder.
+
+    Args:
+        path: its folder, or the URL of its bucket.
+
+    Raises:
+        NotFound: if there is none.
+        StorageFailed: if it is in a bucket that cannot be reached.
+    """
+    backup = Files(path)
+    backup.catch_up()
+    if not backup.root.is_dir():
+        raise NotFound("is not a folder", where=str(path), next_step="Name a copy of the data folder")
+    if backup.mirror is not None and next(backup.root.glob("*/*.receipt.json"), None) is None:
+        raise NotFound("there is no data folder", where=backup.where,
+                       next_step="Name a copy of the data folder")
+    return backup
+
+
+def mend(found: Verification, store: Store, backup: Files) -> list[Path]:
+    """Restore damaged files from a backup of the data folder. Returns those that were restored.
+
+    Raises:
+        StorageFailed: if the disk or the bucket refuses.
+    """
+    return [damage.path for damage in found.damages if restore(damage, store, backup)]
+
+
+def _parents(store: Store) -> Iterator[str]:
+    """The versions that are gone, and that others follow or were made from, a line each."""
+    for noun in STAGES.versioned:
+        for manifest in store.manifests(noun):
+            where = f"{noun} version {manifest.version}"
+            if manifest.parent is not None and manifest.parent not in store.versions(noun):
+                yield f"{where}: version {manifest.parent}, which it follows, is gone. {REMEDY_OF_VERSION}."
+            try:
+                if noun == "knowledge":
+                    list(lineage(store, manifest))
+                elif "knowledge_version" in manifest.details:
+                    store.manifest("knowledge", manifest.details["knowledge_version"])
+            except PitchloreError as error:
+                yield f"{where}: {error}"
+
+
+def _matches(store: Store) -> Iterator[str]:
+    """The outputs whose match is gone, a line each."""
+    matches = {receipt.name for receipt in store.receipts("matches")}
+    for noun in STAGES.nouns(Per.MATCH):
+        for receipt in store.receipts(noun):
+            if receipt.name not in matches:
+                yield (f"{noun} {receipt.name}: its match is gone. "
+                       f"Import it again, or remove what is left: `pitchlore forget {receipt.name}`.")

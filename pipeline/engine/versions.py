@@ -1,0 +1,47 @@
+"""The next version of a noun."""
+
+from __future__ import annotations
+
+import json
+
+from pydantic import BaseModel
+
+from pipeline.engine.stage import Inputs, Scope, Stage
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest
+from pipeline.store.work import Made, Work
+
+
+def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple[Manifest, bool]:
+    """Make the next version of a noun, unless a version holds the same. Returns it, and whether it is new.
+
+    The noun is locked meanwhile: two runs at once make one version, and no version comes between another
+    and its parent. If the work gives the tables of the newest version again, no version is made.
+
+    Raises:
+        Exception: whatever planning or computing raised.
+    """
+    assert stage.plan is not None
+    assert stage.compute is not None
+    with store.claim(stage.noun) as version:
+        plan = stage.plan(store, scope, settings, stage)
+        work = stage.work(stage.noun, settings, plan.inputs, seed=plan.seed)
+        standing = plan.standing or store.standing(work)
+        if standing is not None:
+            return standing, False
+        made = stage.compute(Inputs(store, plan.receipts, version=version), settings)
+        newest = store.latest(stage.noun)
+        if newest is not None and _holds(store, newest, work, made):
+            store.confirm(work, newest.version)
+            return newest, False
+        return store.commit_version(work, made, version, parent=plan.parent), True
+
+
+def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:
+    """Whether a version has the same inputs, tables and details, except for its own number."""
+    same = version.inputs == dict(work.inputs) and version.details == json.loads(json.dumps(made.details))
+    return same and all(
+        schema.NAME in version.files  # an older version has fewer tables
+        and store.read_table(version, schema.NAME, schema).drop("version").equals(table.drop("version"))
+        for table, schema in made.tables
+    )

@@ -1,0 +1,1 @@
+"""The game: pitch, bodies, touches, roles, episodes."""

@@ -1,0 +1,1 @@
+"""Numbers: arrays, exact sums, estimates, statistics, trees."""

@@ -1,0 +1,76 @@
+"""Boosted trees as arrays: what a version of the models keeps of scikit-learn's."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from pipeline.numbers.arrays import F32, F64, I32, Bools
+
+
+class Trees(NamedTuple):
+    """Trees one after another; node i is a leaf if ``left[i]`` is -1.
+
+    Attributes:
+        start: int32 [trees], the root of each.
+        feature: int32 [nodes], the feature that a node splits by.
+        threshold: float64 [nodes]; a value at most this goes left.
+        missing_left: bool [nodes], whether NaN goes left.
+        left, right: int32 [nodes], children.
+        value: float64 [nodes], what a leaf adds to the logit, or to the value.
+        base: float64 [1], the logit or value before any tree.
+    """
+
+    start: I32
+    feature: I32
+    threshold: F64
+    missing_left: Bools
+    left: I32
+    right: I32
+    value: F64
+    base: F64
+
+
+def arrays_of(model: Any) -> Trees:
+    """The trees of scikit-learn's histogram boosting, fitted to one output, as arrays.
+
+    They have no public form; a test compares these arrays with the model's own predictions.
+    """
+    nodes = [stage[0].nodes for stage in model._predictors]
+    start = np.cumsum([0, *(len(tree) for tree in nodes)])
+    joined = np.concatenate(nodes)
+    offset = np.repeat(start[:-1], [len(tree) for tree in nodes])
+    leaf = joined["is_leaf"].astype(bool)
+    return Trees(
+        start=start[:-1].astype(np.int32),
+        feature=joined["feature_idx"].astype(np.int32),
+        threshold=joined["num_threshold"].astype(np.float64),
+        missing_left=joined["missing_go_to_left"].astype(bool),
+        left=np.where(leaf, -1, joined["left"] + offset).astype(np.int32),
+        right=np.where(leaf, -1, joined["right"] + offset).astype(np.int32),
+        value=joined["value"].astype(np.float64),
+        base=np.asarray(model._baseline_prediction, dtype=np.float64).reshape(1),
+    )
+
+
+@numba.njit(cache=True, nogil=True)
+def leaf(trees: Trees, root: int, features: F32) -> float:
+    """What one tree adds for features float32 [F], NaN where unknown."""
+    node = root
+    while trees.left[node] >= 0:
+        x = features[trees.feature[node]]
+        goes_left = trees.missing_left[node] if np.isnan(x) else x <= trees.threshold[node]
+        node = trees.left[node] if goes_left else trees.right[node]
+    return float(trees.value[node])
+
+
+@numba.njit(cache=True, nogil=True)
+def logits(trees: Trees, features: F32) -> F64:
+    """Logit of each moment, float64 [T]; features float32 [T, F], NaN where unknown."""
+    out = np.full(len(features), trees.base[0])
+    for root in trees.start:  # tree by tree: one tree's nodes stay in the fastest cache
+        for k in range(len(features)):
+            out[k] += leaf(trees, root, features[k])
+    return out

@@ -1,0 +1,189 @@
+"""Runs of consecutive situations of one robot, and the instances of patterns in them.
+
+A sequence is a table of situations with the columns role, code and ``follows``: whether a row follows the one
+before without a break (:func:`followed`). With a column ``who``, an integer from 0, rows and patterns of
+several owners (sides, teams) are told apart. A run never crosses robots, segments, holes, or a situation that
+is already used up (paper section 3.2.2: "It can not be formed groups of situations separated by some other
+situation").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.base.errors import SchemaMismatch
+from pipeline.numbers.arrays import I16, I64, Bools
+from schemas import ROLES, SIDES
+
+#: Longest gram: four codes of eight bits, below the role, in one key.
+LONGEST = 4
+_CODE_BITS = 8
+_ROLE_SHIFT = _CODE_BITS * LONGEST
+_CODES_MASK = (1 << _ROLE_SHIFT) - 1
+#: What a key is greater by for each next owner.
+_OWNER = len(ROLES) << _ROLE_SHIFT
+
+
+class Windows(NamedTuple):
+    """Runs of n consecutive situations.
+
+    Attributes:
+        first: int64 [W], row of each run's first situation, increasing.
+        key: int64 [W], owner and role of the first situation, and the n codes, see :func:`keys_of`.
+    """
+
+    first: I64
+    key: I64
+
+
+class Instances(NamedTuple):
+    """Instances of the patterns of one length.
+
+    Attributes:
+        n: the length.
+        first: int64 [I], row of each instance's first situation, increasing; they may overlap.
+        key: int64 [I], of the situations, see :func:`keys_of`.
+        pattern: int64 [I], row of the pattern in the table of patterns.
+    """
+
+    n: int
+    first: I64
+    key: I64
+    pattern: I64
+
+
+def keys_of(
+    role: npt.NDArray[np.integer], codes: npt.NDArray[np.integer], who: I64 | None = None
+) -> I64:
+    """One integer per gram: the owner above the role's index above the codes, the first most significant.
+
+    Args:
+        role: [W], index in ``schemas.ROLES``.
+        codes: [W, n], 1 to 194, n at most 4.
+        who: [W], the owners, from 0; None: 0.
+
+    Returns:
+        int64 [W]; keys of one n sort like (owner, role, codes). Those of different n differ.
+    """
+    packed = np.zeros(len(codes), dtype=np.int64)
+    for column in codes.T:
+        packed = (packed << _CODE_BITS) | column.astype(np.int64)
+    own = (role.astype(np.int64) << _ROLE_SHIFT) | packed
+    return own if who is None else own + who * _OWNER
+
+
+def owned_by(who: I64, key: I64) -> I64:
+    """The keys [W] as those of other owners [W]."""
+    return key % _OWNER + who * _OWNER
+
+
+def owner_of(key: I64) -> I64:
+    """The owner of each key, int64 [W]."""
+    return key // _OWNER
+
+
+def role_of(key: I64) -> I64:
+    """Index of the role in ``schemas.ROLES``, int64 [W]."""
+    return (key % _OWNER) >> _ROLE_SHIFT
+
+
+def codes_of(key: I64, n: int) -> I16:
+    """The n codes of each key, int16 [W, n]."""
+    packed = key & _CODES_MASK
+    shifts = _CODE_BITS * np.arange(n - 1, -1, -1)
+    return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
+
+
+def side_of(column: pl.Series) -> I64:
+    """Index of each side in ``schemas.SIDES``, int64 [S]."""
+    return column.cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
+
+
+def followed(situations: pl.DataFrame, gap_s: float) -> pl.DataFrame:
+    """Add the column ``follows``: whether a situation follows the one of the row before without a break.
+
+    Then both have the same robot and segment, and lie less than ``gap_s`` seconds apart.
+
+    Args:
+        situations: rows of schema Situations of one match, in the schema's order.
+        gap_s: two situations at least so far apart are not consecutive, seconds.
+
+    Raises:
+        SchemaMismatch: if situations of one robot overlap or are not in order of time.
+    """
+    same = np.ones(max(situations.height - 1, 0), dtype=np.bool_)
+    for name in ("team", "robot"):
+        column = situations[name].to_physical().to_numpy()
+        same &= column[1:] == column[:-1]
+    gap = situations["start_ns"].to_numpy()[1:] - situations["end_ns"].to_numpy()[:-1]
+    if (same & (gap < 0)).any():
+        raise SchemaMismatch(
+            "situations of one robot overlap or are out of order",
+            where=f"situations, row {int(np.flatnonzero(same & (gap < 0))[0]) + 1}",
+            next_step="Recognise them again",
+        )
+    segment = situations["segment"].to_numpy()
+    linked: Bools = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
+    follows = np.concatenate((np.zeros(min(situations.height, 1), dtype=np.bool_), linked))
+    return situations.with_columns(pl.Series("follows", follows, dtype=pl.Boolean))
+
+
+def windows(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> Windows:
+    """Runs of ``n`` consecutive situations, none of them taken.
+
+    Args:
+        sequence: columns role, code and follows, perhaps who [S].
+        n: 1 to 4.
+        taken: bool [S], situations that are used up; None for none.
+    """
+    usable = np.ones(sequence.height, dtype=np.bool_) if taken is None else ~taken
+    follows = sequence["follows"].to_numpy()
+    starts = max(sequence.height - n + 1, 0)
+    whole = np.ones(starts, dtype=np.bool_)
+    for i in range(n):
+        whole &= usable[i : starts + i]
+    for i in range(1, n):
+        whole &= follows[i : starts + i]
+    first = np.flatnonzero(whole)
+    codes = sequence["code"].to_numpy()
+    role = sequence["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
+    who = sequence["who"].to_numpy()[first] if "who" in sequence.columns else None
+    return Windows(first, keys_of(role[first], codes[first[:, None] + np.arange(n)], who))
+
+
+def mark(first: I64, n: int, taken: Bools) -> None:
+    """Set ``taken`` [S] in place for the ``n`` situations of each run that starts at ``first``."""
+    taken[first[:, None] + np.arange(n)] = True
+
+
+def instances(sequence: pl.DataFrame, patterns: pl.DataFrame) -> Iterator[Instances]:
+    """Instances of patterns, the longest first; a shorter one uses no situation of a longer one.
+
+    Args:
+        sequence: columns role, code and follows, perhaps who [S].
+        patterns: columns role and codes (schema Patterns), of any lengths, none twice; with a column who, a
+            pattern has instances of that owner only.
+
+    Yields:
+        One :class:`Instances` for each length among the patterns.
+    """
+    taken = np.zeros(sequence.height, dtype=np.bool_)
+    role = patterns["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
+    who = patterns["who"].to_numpy().astype(np.int64) if "who" in patterns.columns else None
+    length = patterns["codes"].list.len().to_numpy()
+    for n in sorted(set(length.tolist()), reverse=True):
+        rows = np.flatnonzero(length == n)
+        codes = patterns["codes"][rows].list.to_array(n).to_numpy()
+        key = keys_of(role[rows], codes, None if who is None else who[rows])
+        order = np.argsort(key)
+        rows, key = rows[order], key[order]
+        runs = windows(sequence, n, taken)
+        at = np.minimum(np.searchsorted(key, runs.key), len(rows) - 1)
+        found = key[at] == runs.key
+        mark(runs.first[found], n, taken)
+        yield Instances(n, runs.first[found], runs.key[found], rows[at[found]])

@@ -1,0 +1,108 @@
+"""A coach's questions about a side or a team, answered in small tables: losses, goals, passes, shots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from pipeline.base.text import number_of
+from pipeline.store import Store
+from pipeline.views.scout.content.chances import shots_over, with_chances
+from pipeline.views.scout.content.sources import Match, TeamName, events_of, sides_of
+from pipeline.views.scout.facts import Tables
+from pipeline.views.scout.scored import Scored, again, of_side, scored, summary
+from pipeline.views.scout.shooting import shooting
+from pipeline.views.scout.words import said
+from pipeline.views.scout.zones import THIRDS, WAYS, Played, Samples, losses, passing, played, samples
+from schemas import SIDES, Passes, Possession
+
+
+class Kept(NamedTuple):
+    """A match as the pages of teams need it, JSON-able.
+
+    Attributes:
+        robots: samples of each side's robots by role.
+        scored: its goals.
+    """
+
+    robots: dict[str, Samples]
+    scored: list[Scored]
+
+
+def of_match(match: Match, tables: Tables, kept: Kept) -> dict[str, dict[str, Any]]:
+    """The answers about each side of a match."""
+    minutes, lengths = tables.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
+    shots = with_chances(tables)
+    found: dict[str, dict[str, Any]] = {}
+    for side in SIDES:
+        seen = played([(kept.robots[side], minutes)])
+        held, passes, own = (table.filter(team=side) for table in (tables.possession, tables.passes, shots))
+        found[side] = {
+            "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
+            "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
+            "shooting": shooting(own), "scored": how(of_side(kept.scored, side), seen)}
+    return found
+
+
+def kept(match: Match, tables: Tables) -> Kept:
+    """Samples of a match's robots, and its goals."""
+    return Kept(samples(tables.trajectories), goals_of(match, tables))
+
+
+def of_team(
+    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """The answers about a team over its matches; ``lines`` are the league's, by match."""
+    sides = [(match, side) for match in matches for side in sides_of(team, match)]
+    lengths = {match.name: match.pitch.length for match in matches}
+    seen = robots_of(sides, lines)
+    return {
+        "losses": losses(events_of(store, sides, Possession), lengths, seen), "thirds": THIRDS,
+        "passing": passing(events_of(store, sides, Passes), lengths),
+        "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
+        "shooting": shooting(shots_over(store, sides)), "scored": how(goals_over(sides, lines), seen)}
+
+
+def robots_of(
+    sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
+) -> dict[int, Played]:
+    """Roles and minutes of each robot of a team in its matches."""
+    return played(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
+                   lines[match.name]["seconds"] / 60) for match, side in sides)
+
+
+def goals_over(
+    sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
+) -> list[Scored]:
+    """The goals of a team in its matches, in their order."""
+    return [goal for match, side in sides for goal in of_side(again(lines[match.name]["scored"]), side)]
+
+
+def goals_of(match: Match, tables: Tables) -> list[Scored]:
+    """The goals of a match whose team is known."""
+    return scored(tables.goals, tables.shots, tables.situations, match.pitch.length)
+
+
+def how(goals: Sequence[Scored], seen: Mapping[int, Played]) -> dict[str, Any]:
+    """How goals came about, with the commonest run before them in words."""
+    found = summary(goals, {robot: it.says for robot, it in seen.items()})
+    return found._asdict() | {"last": None if found.run is None else said(found.run.codes)}
+
+
+def scores_by(goals: Sequence[Scored], seen: Mapping[int, Played]) -> tuple[str, list[Any]]:
+    """A team's ways to score, in sentences, with clips of its commonest one."""
+    found = summary(goals, {robot: it.says for robot, it in seen.items()})
+    if not found.n:
+        return "No goal of it is recorded.", []
+    kinds = ", ".join(f"{line.n} {line.says}" for line in found.kinds)
+    says = f"{number_of(found.n, 'goal')}: {kinds}."
+    if found.whole.distance is not None:
+        says += (f" {found.whole.shots} came from shots, half of these from less than"
+                 f" {found.whole.distance:.2f} m." if found.whole.shots > 1
+                 else f" One came from a shot, from {found.whole.distance:.2f} m.")
+    first = found.scorers[0]
+    says += f" Most often the maker was {first.says}: {first.n}."
+    if found.run is not None:
+        says += (f" The scorer's commonest last situations: {said(found.run.codes)}"
+                 f" ({found.run.n} of {number_of(found.run.of, 'goal')}).")
+    return says, found.run.clips if found.run is not None else found.whole.clips

@@ -1,0 +1,68 @@
+"""Expected goals on the pages: what they rest on, in words, and the shots with theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import polars as pl
+
+from pipeline.base.text import number_of
+from pipeline.store import Store
+from pipeline.views.scout.content.sources import Match, events_of
+from pipeline.views.scout.facts import Mean, Tables
+from schemas import Chances, Shots
+
+
+def with_chances(tables: Tables) -> pl.DataFrame:
+    """The shots of a match with the column xg of the table chances."""
+    return _with(tables.shots, tables.chances)
+
+
+def shots_over(store: Store, sides: Sequence[tuple[Match, str]]) -> pl.DataFrame:
+    """The shots of a team's sides in matches with the column xg of the table chances."""
+    chances = pl.concat([Chances.empty(), *(
+        store.read_table(match.made["chances"], "chances", Chances).filter(team=side)
+        for match, side in sides)])
+    return _with(events_of(store, sides, Shots), chances)
+
+
+def _with(shots: pl.DataFrame, chances: pl.DataFrame) -> pl.DataFrame:
+    key = ["match_id", "team", "t_ns", "robot"]
+    return shots.join(
+        chances.select(*key, "xg"), on=key, how="left", maintain_order="left", validate="1:1")
+
+
+def rests_on(match: Match, chances: pl.DataFrame) -> str:
+    """A sentence on what a match's expected goals rest on, or why it has none; empty without a shot."""
+    if chances.is_empty():
+        return ""
+    goals, shots = chances.select("goals", "shots").row(0)
+    if chances["xg"].null_count():
+        return (
+            f"There are no expected goals (xG): {number_of(shots, 'shot')} of other matches of the league "
+            f"became {number_of(goals, 'goal')}. At least {match.goals_at_least} goals, and a shot that "
+            "fails, are needed.")
+    return (
+        "xG is the probability that a shot becomes a goal, by its distance, its angle and the adversaries in "
+        f"the way. It is calibrated on other matches of the league: {number_of(shots, 'shot')} and "
+        f"{number_of(goals, 'goal')}. "
+        "The larger a mark, the greater its xG.")
+
+
+def known_in(matches: int, xg: Sequence[Mean | None]) -> str:
+    """In how many matches expected goals are known; ``xg`` are those of a team and of its adversaries."""
+    known = min((0 if each is None else each.n) for each in xg)
+    says = f"Expected goals are known in {known} of {matches} {'match' if matches == 1 else 'matches'}"
+    return f"{says}. They are of shots; a ball pushed over the line is a goal without a shot."
+
+
+def words_of(shot: Mapping[str, Any]) -> str:
+    """A shot in words: its outcome, its distance and its expected goals, as far as they are known."""
+    says = f"{shot['outcome']}, from {shot['distance']:.2f} m"
+    return says if shot["xg"] is None else f"{says}, xG {shot['xg']:.2f}"
+
+
+def size(xg: float | None) -> float:
+    """Size of a shot's mark: its area grows with xG; that of any other mark (0) where xG is not known."""
+    return 0.0 if xg is None else 1.1 * (0.3 + 3.0 * xg) ** 0.5

@@ -1,0 +1,101 @@
+"""Scripts that the page that compares loads: matches and teams in numbers, versions of the knowledge."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import polars as pl
+
+from pipeline.engine.knowledge import learned_from, lineage
+from pipeline.numbers.estimates import BY_EVIDENCE
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest
+from pipeline.views.scout.content.matches import MEASURES
+from pipeline.views.scout.content.sources import Match, TeamName, against_itself, counted
+from pipeline.views.scout.content.teams import over
+from pipeline.views.scout.words import NAMES, short
+from schemas import SIDES, Behaviours
+
+#: Versions of the knowledge that can be compared: the newest.
+VERSIONS = 4
+
+
+def numbers(
+    league: Sequence[Match], teams: Sequence[TeamName], lines: Mapping[str, dict[str, Any]],
+    versions: Sequence[Manifest],
+) -> bytes:
+    """A script that has the numbers of all matches and teams, and says which versions there are.
+
+    Args:
+        league: the matches.
+        teams: theirs.
+        lines: the league's, by match.
+        versions: of the knowledge.
+    """
+    return _script("scoutNumbers", {
+        "measures": MEASURES,
+        "codes": {code: short(name) for code, name in NAMES.items()},
+        "matches": [{
+            "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
+            "score": lines[match.name]["score"],
+            "numbers": [lines[match.name]["numbers"][side] for side in SIDES],
+        } for match in league],
+        "teams": [{
+            **team._asdict(), "matches": len(own := [it for it in league if team in (it.home, it.away)]),
+            "counted": counted(len(own), against_itself(team, own)),
+            "numbers": over(team, own, lines)[0],
+        } for team in teams],
+        "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}
+                     for manifest in versions],
+    })
+
+
+def versions(store: Store) -> list[Manifest]:
+    """The newest versions of the knowledge, the newest first."""
+    newest = reversed(store.versions("knowledge")[-VERSIONS:])
+    return [store.manifest("knowledge", version) for version in newest]
+
+
+def knowledge(
+    store: Store, manifest: Manifest, league: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> bytes:
+    """A script that has the behaviours of a version, each team's by itself and by evidence.
+
+    Of each its id, support, value, and the ends of the value's 95 % interval; of each team its minutes of
+    play in the matches that the version was learned from, null where one of these is unknown.
+
+    Args:
+        store: the data folder.
+        manifest: of the version.
+        league: the matches.
+        lines: the league's, by match.
+    """
+    minutes = _minutes(store, manifest, league, lines)
+    known = store.read_table(manifest, "behaviours", Behaviours).drop_nulls("team")
+    return _script("scoutKnowledge", {"version": manifest.version, "teams": [{
+        "name": name, "kind": kind, "minutes": None if minutes is None else minutes.get((name, kind)),
+        "behaviours": rows.sort(*BY_EVIDENCE, descending=True).select(
+            "behaviour_id", "support", pl.col("value", "low", "high").round(4)).rows(),
+    } for (name, kind), rows in known.group_by("team", "kind", maintain_order=True)]})
+
+
+def _minutes(
+    store: Store, manifest: Manifest, league: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> dict[tuple[str, str], float] | None:
+    """Minutes of play of each team (name and kind of pitch) over its sides; None where a match is unknown."""
+    learned = {match for version in lineage(store, manifest) for match in learned_from(version)}
+    own = [match for match in league if match.name in learned]
+    if len(own) < len(learned):
+        return None
+    found = dict[tuple[str, str], float]()
+    for match in own:
+        for team in (match.home, match.away):
+            key = team.name, team.kind
+            found[key] = found.get(key, 0.0) + lines[match.name]["played_s"] / 60
+    return found
+
+
+def _script(function: str, facts: object) -> bytes:
+    return f"{function}({json.dumps(facts, separators=(',', ':'))});\n".encode()

@@ -1,0 +1,157 @@
+"""The scouting report on an opponent: sentences, each with its n and the clips that it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from pipeline.base.text import number_of
+from pipeline.game.pitch import Pitch
+from pipeline.store import Store
+from pipeline.views.scout.content.answers import goals_over, robots_of, scores_by
+from pipeline.views.scout.content.danger import dangerous, of_keeper
+from pipeline.views.scout.content.sources import Match, TeamName, against_itself, counted, events_of, sides_of
+from pipeline.views.scout.gallery import Clip
+from pipeline.views.scout.restarts import SOON_S, paid, soon
+from pipeline.views.scout.scored import clip_of
+from pipeline.views.scout.zones import third
+from schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
+
+#: Matches that the report is made from, the newest; clips of a sentence.
+FROM, CLIPS = 20, 3
+#: Thirds of the pitch, along and across, as the team sees them.
+_ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), ("right", "centre", "left")
+
+
+def facts(
+    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]],
+    gallery: dict[str, Any],
+) -> dict[str, Any]:
+    """Content of the report on a team.
+
+    Args:
+        store: the data folder.
+        team: the team.
+        matches: its matches.
+        lines: the league's, by match.
+        gallery: the facts of its behaviours.
+    """
+    last = matches[-FROM:]
+    played = [(match, side) for match in last for side in sides_of(team, match)]
+    behaviours = dangerous(gallery["cards"], gallery["sides"])
+    pitch, faced = matches[-1].pitch, events_of(store, played, Shots, own=False)
+    return {
+        "team": team, "counted": counted(len(last), against_itself(team, last)),
+        "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
+        "known": bool(gallery["cards"]),
+        "sentences": [
+            _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),
+            _losses(events_of(store, played, Possession), pitch),
+            _pressed(events_of(store, played, Pressure, own=False)),
+            _conceded(store, played, faced),
+            _keeper(store, played, faced, pitch),
+            _restarts(store, played),
+        ],
+    }
+
+
+def _clip(row: dict[str, Any], at_ns: int, says: str, *, before_s: float = 3.0) -> Clip:
+    return Clip.about(row, at_ns, at_ns, says, before_s=before_s, after_s=1.5)
+
+
+def _spread(rows: pl.DataFrame) -> pl.DataFrame:
+    """Rows for clips, far apart in the table: moments next to each other look alike."""
+    return rows.gather_every(max(1, rows.height // CLIPS)).head(CLIPS)
+
+
+def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
+    return {"title": title, "says": says, "clips": list(clips)}
+
+
+def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
+    """Where the team loses the ball."""
+    lost = held.filter(pl.col("ended") == "lost").with_columns(
+        along=third("end_x", pitch.length),
+        across=((pl.col("end_y") / pitch.width + 0.5) * 3).floor().clip(0, 2).cast(pl.Int8))
+    if lost.is_empty():
+        return _said("Where it loses the ball", "No loss of the ball to the adversary was seen.")
+    (along, across, count) = lost.group_by("along", "across").len().sort(
+        "len", "along", "across", descending=[True, False, False]).row(0)
+    there = _spread(lost.filter(along=along, across=across))
+    return _said(
+        "Where it loses the ball",
+        f"Most often in {_ALONG[along]}, {_ACROSS[across]}: {count} of {lost.height} losses.",
+        [_clip(row, row["end_ns"], "lost")
+         for row in there.with_columns(robot="last_robot").iter_rows(named=True)])
+
+
+def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
+    """Gains by pressure on the team."""
+    won = pressed.filter("won")
+    share = won.height / max(pressed.height, 1)
+    return _said(
+        "Under pressure",
+        f"A robot pressed it {number_of(pressed.height, 'time')}. In {won.height} of these ({share:.0%}) the"
+        " pressing team won the ball.",
+        [_clip(row, row["end_ns"], "won by pressing")
+         for row in _spread(won).iter_rows(named=True)])
+
+
+def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataFrame) -> dict[str, Any]:
+    """Goals that the team conceded, and how; ``shots`` are those at its goal."""
+    goals = pl.concat([Goals.empty(), *(
+        store.read_table(match.made["goals"], "goals", Goals).filter(pl.col("team") != side)
+        for match, side in played)])
+    kind = pl.col("kind").cast(pl.String).fill_null("of unknown kind")
+    counts = goals.select(kind=kind).group_by("kind").len()
+    kinds = ", ".join(f"{count} {kind}" for kind, count in counts.sort(
+        "len", "kind", descending=[True, False]).iter_rows())
+    says = f"{number_of(goals.height, 'goal')}{f': {kinds}' if kinds else ''}."
+    if shots.height:
+        middle = float(np.median(shots["distance"].to_numpy()))
+        says += (f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
+                 if shots.height > 1 else f" The only shot at it came from {middle:.2f} m.")
+    return _said("What has worked against it", says, [
+        clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
+
+
+def _keeper(
+    store: Store, played: Sequence[tuple[Match, str]], faced: pl.DataFrame, pitch: Pitch
+) -> dict[str, Any]:
+    """The team's goalkeeper."""
+    places = [np.zeros((0, 2))]
+    for match, side in played:
+        turn = 1 if side == "home" else -1
+        seen = store.read_table(match.made["trajectories"], "trajectories", Trajectories).filter(
+            pl.col("team") == side, pl.col("role") == "goalkeeper", pl.col("segment").is_not_null())
+        places.append(turn * seen.select("x", "y").to_numpy())
+    at = np.concatenate(places)
+    shots = faced.filter(pl.col("outcome") != "wide")
+    saved = shots.filter(pl.col("outcome") == "saved")
+    if not len(at):
+        return _said("Its keeper", "No goalkeeper was seen.")
+    out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
+    return _said(
+        "Its keeper",
+        f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
+        f" samples). Of {number_of(shots.height, 'shot')} on target it saved {saved.height}.",
+        [_clip(row, row["t_ns"], "saved", before_s=2.0)
+         for row in _spread(saved).iter_rows(named=True)])
+
+
+def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
+    """Outcomes of the team's restarts, by the numbers of its page."""
+    given = events_of(store, played, Restarts).filter("own")
+    led = given.filter(soon("shot_ns"))
+    parts = ", ".join(
+        f"{it.kind} {it.shot.hits} of {it.shot.n} [{it.shot.low:.0%}, {it.shot.high:.0%}]"
+        for it in paid(given))
+    return _said(
+        "Its restarts",
+        f"Of {number_of(given.height, 'restart')} that the recordings give it, {led.height} led to a shot"
+        f" within {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
+        [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9), row["note"] or row["kind"],
+                    before_s=0, after_s=0) for row in _spread(led).iter_rows(named=True)])

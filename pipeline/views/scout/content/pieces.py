@@ -1,0 +1,128 @@
+"""Pages as pieces of work: those of some matches, and those of a team. Workers make them; none writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pipeline.store import Store
+from pipeline.views.scout.content import answers, maps, opponent, replays
+from pipeline.views.scout.content import matches as match_pages
+from pipeline.views.scout.content import teams as team_pages
+from pipeline.views.scout.content.learned import Learned
+from pipeline.views.scout.content.sources import Known, Match, TeamName
+from pipeline.views.scout.pages import page
+
+
+class MatchTodo(NamedTuple):
+    """Pages and a line that are to be made of a match.
+
+    Attributes:
+        match: the match.
+        pages: names of its pages that are asked for.
+        line: whether its line in the league is asked for.
+    """
+
+    match: Match
+    pages: Collection[str]
+    line: bool
+
+
+class Done(NamedTuple):
+    """Pages and a line that were made of a match.
+
+    Attributes:
+        pages: by name.
+        line: its line in the league; None where it was not asked for.
+    """
+
+    pages: dict[str, bytes]
+    line: dict[str, Any] | None
+
+
+def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any]) -> dict[str, Done]:
+    """The pages and the data of some matches, by their ids. No knowledge is in them.
+
+    Args:
+        data: the data folder.
+        todo: what is to be made.
+        around: what all pages have in common.
+
+    Raises:
+        CorruptFile: if a file of the store is damaged.
+    """
+    store = Store(data)
+    return {each.match.name: _of_match(store, each, around) for each in todo}
+
+
+def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Done:
+    match, tables = todo.match, todo.match.tables(store)
+    told = cache(partial(match_pages.told_of, match, tables))
+    kept = cache(partial(answers.kept, match, tables))
+    makers: dict[str, Callable[[], bytes]] = {
+        f"data/{match.name}.js": lambda: replays.data(match, tables, told()),
+        f"matches/{match.name}.html": lambda: page(
+            "match", up="../", of=match.name, **around, **match_pages.facts(match, tables, told(), kept())),
+    }
+    return Done({name: makers[name]() for name in todo.pages},
+                match_pages.line(match, tables, kept()) if todo.line else None)
+
+
+class TeamTodo(NamedTuple):
+    """A team whose pages are to be made, and what they are made from.
+
+    Attributes:
+        team: the team.
+        matches: its matches.
+        lines: their lines in the league.
+        known: the newest knowledge.
+        league: the matches that have run.
+        sides: sides of the matches behind the knowledge that the team played.
+        imitated: whether a policy imitates it.
+    """
+
+    team: TeamName
+    matches: list[Match]
+    lines: dict[str, dict[str, Any]]
+    known: Known | None
+    league: list[Match]
+    sides: int
+    imitated: bool
+
+
+def of_team(
+    data: Path, team: TeamTodo, pages: Collection[str], around: Mapping[str, Any]
+) -> dict[str, bytes]:
+    """The pages of a team, by name.
+
+    Args:
+        data: the data folder.
+        team: what they are made from.
+        pages: names of those to make.
+        around: what all pages that knowledge is in have in common.
+
+    Raises:
+        CorruptFile: if a file of the store is damaged.
+    """
+    store, slug = Store(data), team.team.slug
+    behind = Learned(store, team.known, team.league)
+    shown = cache(partial(_gallery, store, team, behind))
+    makers: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
+        f"teams/{slug}.html": ("team", lambda: {
+            "imitated": team.imitated, **team_pages.facts(store, team.team, team.matches, team.lines)}),
+        f"behaviours/{slug}.html": ("behaviours", shown),
+        f"maps/{slug}.html": ("map", lambda: maps.facts(team.team, team.known, behind)),
+        f"against/{slug}.html": ("opponent", lambda: opponent.facts(
+            store, team.team, team.matches, team.lines, shown())),
+    }
+    return {name: page(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
+
+
+def _gallery(store: Store, team: TeamTodo, behind: Learned) -> dict[str, Any]:
+    found = None if team.known is None else team_pages.gallery(
+        store, team.team, team.matches, team.known, behind)
+    none = {"team": team.team, "version": "none", "total": 0, "roles": [], "cards": [], "every": [],
+            "phrases": []}
+    return (found or none) | {"sides": team.sides}

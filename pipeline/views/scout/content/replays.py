@@ -1,0 +1,48 @@
+"""The replays of the scout's folder: the match's payload, and the behaviours that it looks for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from pipeline.game.pitch import SCALES
+from pipeline.views.commentary import Commentary
+from pipeline.views.replay import payload, script, style
+from pipeline.views.scout.content.learned import Learned
+from pipeline.views.scout.content.sources import Known, Match, TeamName
+from pipeline.views.scout.content.teams import on_page
+from pipeline.views.scout.facts import Tables
+
+#: Most samples a second in clips and replays, and how far they may show a robot from its place, in its radii.
+_HZ, _NEAR = 60.0, 1 / 2
+
+
+def gap_of(match: Match) -> float:
+    """Time between situations that are not consecutive, as the match's sequences were made with, seconds."""
+    return float(match.made["sequences"].settings["gap_s"])
+
+
+def data(match: Match, tables: Tables, told: Commentary) -> bytes:
+    """The script with a match's payload: the clips and the replay load it."""
+    packed = payload(
+        tables.matches, tables.trajectories, tables.situations, tables.goals, tables.referee, match.pitch,
+        hz=_HZ, near=_NEAR * SCALES[match.pitch.kind].robot_radius, passes=tables.passes,
+        shots=tables.shots, told=told.sentences(), gap_s=gap_of(match))[1]
+    return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
+
+
+def files(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> dict[str, bytes]:
+    """The files that all replays load: their code, their style, and the teams' behaviours."""
+    return {"replay.js": script().encode(), "replay.css": style().encode(),
+            "known.js": known_behaviours(teams, known, learned)}
+
+
+def known_behaviours(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> bytes:
+    """The script with the behaviours of each team that its gallery shows: league, team, and their ids.
+
+    It is one file for all replays, so that a new version of the knowledge leaves the replays as they are.
+    """
+    found = [] if known is None else [
+        (team.kind, team.name, on_page(team, known, learned)["behaviour_id"].to_list())
+        for team in teams]
+    return f"scoutKnown({json.dumps(found)});\n".encode()

@@ -1,0 +1,264 @@
+"""The pages of a team: over its matches, and its behaviours with clips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from pipeline.base.text import number_of
+from pipeline.game.pitch import Pitch
+from pipeline.store import Store
+from pipeline.views.scout.content.answers import of_team
+from pipeline.views.scout.content.chances import known_in, shots_over, size, words_of
+from pipeline.views.scout.content.learned import Learned
+from pipeline.views.scout.content.matches import MEASURES, before
+from pipeline.views.scout.content.sources import (
+    Known,
+    Match,
+    TeamName,
+    against_itself,
+    counted,
+    events_of,
+    sequence,
+    sides_of,
+)
+from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
+from pipeline.views.scout.following import FOLLOWS_S, followed_by, following
+from pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
+from pipeline.views.scout.maps import lying, neuron_key
+from pipeline.views.scout.moments import moment
+from pipeline.views.scout.occurrences import occurrences, placed
+from pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
+from pipeline.views.scout.restarts import SOON_S, Moments, paid
+from pipeline.views.scout.restarts import over_matches as any_moment
+from pipeline.views.scout.transitions import Followed, around, transitions
+from pipeline.views.scout.words import of_behaviour, said
+from schemas import SIDES, Goals, Passes, Possession, Restarts, Shots, Trajectories, note_on
+
+#: Matches that clips are taken from: the newest.
+FROM = 40
+#: Occurrences whose beginning and end are drawn, evenly from all.
+DOTS = 60
+#: Seconds from which rates are given of a time in which a team leads, is level or trails.
+LEAST_S = 60.0
+#: Shots that are drawn, each with the way to its moment: the last.
+SHOTS = 200
+#: Behaviours in the table of all: the first by evidence.
+LISTED = 800
+#: Passes that are drawn: the last.
+PASSES = 200
+_ATTACKS = "It attacks to the right."
+
+
+def facts(
+    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """Content of a team's page on its matches; ``lines`` are the league's, by match."""
+    rows = []
+    leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
+    moments, played = [], [(match, side) for match in matches for side in sides_of(team, match)]
+    for match in matches:
+        line = lines[match.name]
+        for side in sides_of(team, match):
+            moments.append(Moments(*line["any_moment"][side]))
+            for name, each in leads.items():
+                each.append(ByLead(*line["by_lead"][side][name]))
+            rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
+                reversed(line["score"].split(" : "))), "possession": line["numbers"][side]["possession"],
+                "against": (match.away if side == "home" else match.home).name})
+    own, other = over(team, matches, lines)
+    return {
+        "team": team, "matches": rows, "counted": counted(len(matches), against_itself(team, matches)),
+        "answers": of_team(store, team, matches, lines), "measures": MEASURES, "own": own, "other": other,
+        "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
+        "pictures": _pictures(store, team, matches),
+        "restarts": paid(events_of(store, played, Restarts)), "soon_s": SOON_S, "any": any_moment(moments),
+        "leads": [_led(name, each) for name, each in leads.items()],
+    }
+
+
+def over(
+    team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> list[dict[str, Mean | None]]:
+    """A team's numbers over its matches, and those of its adversaries."""
+    found: list[list[tuple[Numbers, float]]] = [[], []]
+    for match in matches:
+        line = lines[match.name]
+        for side in sides_of(team, match):
+            minutes = max(line["seconds"] / 60, 1e-9)
+            for each, of in zip(found, (side, SIDES[1 - SIDES.index(side)]), strict=True):
+                each.append((Numbers(**line["numbers"][of]), minutes))
+    return [over_matches(each) for each in found]
+
+
+def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
+    """A team's play while it leads, is level or trails, over its matches; no rates below LEAST_S."""
+    seconds, owned = sum(it.seconds for it in each), sum(it.owned_s for it in each)
+    enough = seconds >= LEAST_S
+    shots, lost = sum(it.shots for it in each), sum(it.lost for it in each)
+    return {
+        "name": name, "minutes": seconds / 60, "enough": enough, "n": {"shots": shots, "lost": lost},
+        "possession": sum(it.held_s for it in each) / owned if enough and owned else None,
+        "shots": 600 * shots / seconds if enough else None,
+        "lost": 600 * lost / seconds if enough else None,
+    }
+
+
+def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[dict[str, Any]]:
+    """Where a team loses the ball, shoots, passes and stands with and without the ball."""
+    pitch = matches[-1].pitch
+    same = [match for match in matches if match.pitch == pitch]
+    sides = [(match, side) for match in same for side in sides_of(team, match)]
+    losses = events_of(store, sides, Possession).filter(pl.col("ended") == "lost")
+    arrows, shots = events_of(store, sides, Passes), shots_over(store, sides)
+    places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
+    keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
+    count = len(same[-8:])
+    last = "its last match" if count == 1 else f"its last {count} matches"
+    many = shots.height > SHOTS
+    drawn = f"; the last {PASSES} are drawn" if arrows.height > PASSES else ""
+    return [
+        {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
+         "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
+             losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
+        {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
+            f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {_ATTACKS}",
+         "picture": on_pitch(pitch, "shots", marks=_shots(shots.tail(SHOTS)), cells=heat(
+             shots["x"].to_numpy(), shots["y"].to_numpy(), pitch) if many else None)},
+        {"name": "Passes", "says": f"Passes that arrive: {arrows.height}{drawn}; arrows lead from pass to "
+            f"receipt. {_ATTACKS}",
+         "picture": on_pitch(pitch, "passes", marks=[
+             pass_arrow(row, "home", pitch) for row in arrows.tail(PASSES).iter_rows(named=True)])},
+        {"name": "Where its keeper is", "says": f"In {last}, while a team has the ball; n = "
+            f"{keeper.height:,} samples, every fifth. {_ATTACKS}",
+         "picture": on_pitch(pitch, "where its keeper is", cells=heat(
+             keeper["x"].to_numpy(), keeper["y"].to_numpy(), pitch))},
+        {"name": "Formation", "says": f"Mean places in {last}: filled with the ball, hollow while the "
+            f"adversary has it (G goalkeeper, M midfield, S striker); n = "
+            f"{sum(it.height for it in places):,} samples. {_ATTACKS}",
+         "picture": formation(pl.concat(places), pitch)},
+    ]
+
+
+def _shots(shots: pl.DataFrame) -> list[Mark]:
+    """Marks of shots; each leads to its moment."""
+    marks = []
+    for row in shots.iter_rows(named=True):
+        at = before(row["t_ns"] / 1e9)
+        marks.append(Mark(
+            row["x"], row["y"], f"mark home {row['outcome']}",
+            f"robot {row['robot']}: {words_of(row)}", size=size(row["xg"]),
+            link=moment(row["match_id"], at)))
+    return marks
+
+
+def places_of(store: Store, match: Match, side: str) -> pl.DataFrame:
+    """Places of a side's robots in play, as it sees them, with whether it has the ball then."""
+    held = store.read_table(match.made["events"], "possession", Possession).select(
+        t_ns="start_ns", owner=pl.col("team").cast(pl.String), until="end_ns").sort("t_ns")
+    turn = 1 if side == "home" else -1
+    return (
+        store.read_table(match.made["trajectories"], "trajectories", Trajectories)
+        .filter(pl.col("team") == side, pl.col("segment").is_not_null(), pl.col("frame") % 5 == 0)
+        .select("t_ns", "robot", "role", x=turn * pl.col("x"), y=turn * pl.col("y")).sort("t_ns")
+        .join_asof(held, on="t_ns", strategy="backward").filter(pl.col("t_ns") < pl.col("until"))
+        .with_columns(has=pl.col("owner") == side)
+    )
+
+
+def formation(places: pl.DataFrame, pitch: Pitch) -> Any:
+    """Mean places by role, with the ball and without."""
+    means = places.group_by("role", "has").agg(pl.col("x", "y").mean(), pl.len()).sort("role", "has")
+    return on_pitch(pitch, "mean places by role", marks=[
+        Mark(row["x"], row["y"], f"mark home{' hit' if row['has'] else ''}",
+             f"{row['role']} {'with' if row['has'] else 'without'} the ball, n = {row['len']:,}",
+             letter=row["role"][0].upper(), size=2.6)
+        for row in means.iter_rows(named=True)])
+
+
+def gallery(
+    store: Store, team: TeamName, matches: Sequence[Match], known: Known, learned: Learned
+) -> dict[str, Any] | None:
+    """Content of the page of a team's behaviours; None if it has none of its own."""
+    own = known.of(team)
+    if own.is_empty():
+        return None
+    every = _typical(team, known, learned)
+    shown = lying(leading(every), learned.grams(team))
+    pitch, newest = matches[-1].pitch, matches[-FROM:]
+    ids = shown["behaviour_id"].to_list()
+    seen = [_seen(store, match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
+    ways = paths(pl.concat(rows for match, rows in zip(newest, seen, strict=True) if match.pitch == pitch))
+    led = following(pl.concat(seen))
+    by_behaviour, near = clips(pl.concat(seen)), around(transitions(learned.decisions(team)))
+    return {
+        "team": team, "version": known.manifest.version, "total": own.height,
+        "roles": every["role"].cast(pl.String).unique().sort().to_list(), "follows_s": FOLLOWS_S,
+        "counted_in": counted(len(newest), 0),
+        "phrases": [said([code]) for code in every["codes"].explode().unique().sort().to_list()],
+        "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids}
+                  for row in every.head(LISTED).select(
+                      "behaviour_id", "codes", "role", "support", "value", "low", "high", "times", "at_least",
+                  ).iter_rows(named=True)],
+        "cards": [{
+            "id": row["behaviour_id"], "words": said(row["codes"]), "role": row["role"],
+            "length": len(row["codes"]),
+            "danger": None if row["low"] is None else row["low"] * row["support"],
+            **{name: row[name] for name in (
+                "support", "new", "value", "low", "high", "neuron", "times", "at_least")},
+            "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
+            "before": _told(near.get(row["behaviour_id"], ([], []))[0], ids),
+            "after": _told(near.get(row["behaviour_id"], ([], []))[1], ids),
+            "clips": at_first(by_behaviour.get(row["behaviour_id"], [])),
+            "led": led.get(row["behaviour_id"]),
+            **_way(pitch, row, ways.get(row["behaviour_id"])),
+        } for row in shown.iter_rows(named=True)],
+    }
+
+
+def on_page(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
+    """The behaviours of a team that have cards, by evidence, with how typical of it they are."""
+    return leading(_typical(team, known, learned))
+
+
+def _typical(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
+    """All behaviours of a team, by evidence, with how typical of it they are."""
+    own = ranked(known.of(team))
+    return own.join(learned.typical(team), on=["role", "codes"], how="left", maintain_order="left")
+
+
+def _seen(store: Store, match: Match, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:
+    """The occurrences of all of a team's behaviours in a match, with their places and what followed."""
+    found = pl.concat([occurrences(sequence(store, match, side), own) for side in sides_of(team, match)])
+    trajectories = store.read_table(match.made["trajectories"], "trajectories", Trajectories)
+    return followed_by(
+        placed(found, trajectories), store.read_table(match.made["events"], "shots", Shots),
+        store.read_table(match.made["goals"], "goals", Goals), trajectories)
+
+
+def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict[str, Any]:
+    """Where a behaviour begins and ends, as a picture and in words."""
+    if way is None:
+        begins = row["x"] is not None and np.isfinite(row["x"])
+        return {"way": None, "picture": on_pitch(pitch, "where it begins", marks=[
+            Mark(row["x"], row["y"], "mark home hit", "mean place at which it begins")] if begins else [])}
+    x, y, to_x, to_y = (float(way[name].mean()) for name in ("x", "y", "to_x", "to_y"))  # type: ignore[arg-type]
+    drawn = way.gather_every(max(1, -(-way.height // DOTS)))
+    dots = [Mark(place[0], place[1], f"mark {style}", says, size=1.2)
+            for names, style, says in ((("x", "y"), "begun", "begins"), (("to_x", "to_y"), "ended", "ends"))
+            for place in drawn.select(names).iter_rows()]
+    says = f"on average from ({x:.2f}, {y:.2f}) m to ({to_x:.2f}, {to_y:.2f}) m"
+    return {"way": {"says": says, "n": way.height}, "picture": on_pitch(
+        pitch, f"where it begins and ends: {says}", marks=[
+            *dots, Mark(x, y, "mark home mean", says, to=(to_x, to_y), size=4.5),
+            Mark(x, y, "mark home hit", "mean place at which it begins", size=1.8)])}
+
+
+def _told(neighbours: Sequence[Followed], shown: Sequence[str]) -> list[dict[str, Any]]:
+    """Behaviours before or after another, in words; those that have a card are marked."""
+    return [{"id": each.behaviour, "words": of_behaviour(each.behaviour),
+             "role": each.behaviour.split("-")[0], "times": each.times, "of": each.of,
+             "shown": each.behaviour in shown} for each in neighbours]

@@ -1,0 +1,219 @@
+"""The pages of a league, written into a folder; what stands is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import polars as pl
+from markupsafe import Markup
+
+from pipeline.base.errors import BadSettings, NotFound, PitchloreError
+from pipeline.engine.placement.crew import crew
+from pipeline.engine.placement.pieces import spread
+from pipeline.engine.progress import RunReport, StageReport
+from pipeline.store import Store
+from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
+from pipeline.views.commentary.words import called
+from pipeline.views.replay import linked
+from pipeline.views.scout.content import compare, danger, replays
+from pipeline.views.scout.content import matches as match_pages
+from pipeline.views.scout.content import policies as policy_pages
+from pipeline.views.scout.content import situations as situation_pages
+from pipeline.views.scout.content.folder import Folder
+from pipeline.views.scout.content.learned import Learned
+from pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, of_team
+from pipeline.views.scout.content.sources import Match, TeamName, chosen, newest, played, readable, sides_of
+from pipeline.views.scout.content.teams import FROM, on_page
+from pipeline.views.scout.pages import files, page
+from schemas import SIDES, Behaviours
+
+#: Matches of a piece of work: a process takes as long to start as to make the pages of a few.
+_AT_ONCE = 4
+TITLE = "The league"
+
+
+class Written(NamedTuple):
+    """Outcome of a call that writes pages.
+
+    Attributes:
+        first: the page to begin with.
+        new: pages that were written.
+        kept: pages that stood.
+        size: bytes of the whole folder.
+    """
+
+    first: Path
+    new: int
+    kept: int
+    size: int
+
+
+def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> Written:
+    """Write the pages of matches that have run; those that stand are kept.
+
+    Args:
+        store: the data folder.
+        out: folder to write into; None: ``scout`` in the data folder, and one of its own for each choice.
+        names: teams and matches (ids, or their beginnings) that the pages are of; without any all matches.
+
+    Raises:
+        NotFound: if no match has run, or a name fits none.
+        BadSettings: if the data folder is in a bucket, and no folder is named.
+        CorruptFile: if a file of the store is damaged.
+    """
+    if out is None and store.mirror is not None:
+        raise BadSettings("is in a bucket, and pages are files for a browser", where=store.where,
+                          next_step="Name a folder with --out")
+    league = list(played(store))
+    if not league:
+        raise NotFound("no match has run", where=store.where,
+                       next_step="Import recordings and run: `pitchlore run`")
+    whole, league = league, chosen(league, names)
+    every = len(whole)
+    folder = Folder(store, out or store.root / _folder(names))
+    known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
+    version = None if known is None else known.manifest.version
+    behind = Learned(store, known, league)
+    around: dict[str, Any] = {"menu": teams, "made": code, "names_of": {
+        match.name: called(match.home.name, match.away.name) for match in league}}
+    lines = _matches(store, folder, league, around)
+    policies = policy_pages.newest_policies(store, league)
+    learned_of = danger.matches_learned(store, known, whole)
+    by_team = [TeamTodo(
+        team, own := [match for match in league if team in (match.home, match.away)],
+        {match.name: lines[match.name] for match in own}, known, league,
+        sum(len(sides_of(team, match)) for match in learned_of),
+        any(policy.team == team for policy in policies)) for team in teams]
+    keys = {it.team: digest(canonical([
+        code, teams, [match.key(match.made["sequences"].digests()) for match in it.matches],
+        version, known and known.manifest.key, behind.key, it.imitated, it.sides])) for it in by_team}
+    _teams(store, folder, by_team, keys, around | {
+        "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
+    _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
+                                        for team, key in keys.items() if known is not None}, around)
+    everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
+    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
+        _row(match, lines[match.name]) for match in league]))
+    folder.put("situations.html", everything, lambda: page(
+        "situations", **around, **situation_pages.facts(store, league)))
+    versions = compare.versions(store)
+    folder.put("words.html", digest(canonical([code, teams])), lambda: page("words", **around))
+    folder.put("compare.html", digest(canonical([code, teams])), lambda: page("compare", **around))
+    folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
+        compare.numbers(league, teams, lines, versions)))
+    for manifest in versions:
+        folder.put(f"compare/v{manifest.version}.js", digest(canonical([everything, manifest.key])), partial(
+            compare.knowledge, store, manifest, league, lines))
+    for name, content in (files() | replays.files(teams, known, behind)).items():
+        folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
+    folder.close()
+    size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
+    return Written(folder.path / "index.html", folder.new, folder.kept, size)
+
+
+def _made_by() -> str:
+    """Hash of the code and the templates that make the pages."""
+    return source_hash(("flows", "pipeline", "schemas"), (".py", ".html", ".css", ".js"))
+
+
+def _folder(names: Sequence[str]) -> str:
+    """The folder for a choice, in the data folder."""
+    if not names:
+        return "scout"
+    return f"scout-{readable('-'.join(names))}-{digest(canonical(sorted(names)))[:6]}"
+
+
+def write_after(store: Store, report: RunReport) -> None:
+    """Write the pages after a run that has matches. If that fails, it is one more failure of the run."""
+    try:
+        write(store)
+    except NotFound:
+        pass
+    except PitchloreError as error:
+        report.stages.append(StageReport(noun="scout", failed={"pages": str(error)}))
+
+
+def _matches(
+    store: Store, folder: Folder, league: Sequence[Match], around: dict[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Write the pages and the data of the matches. Returns their lines in the league, by their ids."""
+    lines: dict[str, dict[str, Any]] = {}
+    keys: dict[str, dict[str, str]] = {}
+    todo = []
+    for match in league:
+        replay = linked(match.name, match.home.name, match.away.name).encode()
+        folder.put(f"replays/{match.name}.html", digest(replay), lambda replay=replay: replay)  # type: ignore[misc]
+        key = match.key(around["made"], replays.gap_of(match))
+        keys[match.name] = own = {
+            f"data/{match.name}.js": key,
+            f"matches/{match.name}.html": match.key(around["made"], around["menu"], match.goals_at_least)}
+        line, pages = folder.known(match.name, key), folder.missing(own)
+        if line is not None:
+            lines[match.name] = line
+        if line is None or pages:
+            todo.append(MatchTodo(match, pages, line is None))
+    data = crew.get().path(store.root)
+    pieces = [(f"matches {begin}", {"data": data, "todo": todo[begin:begin + _AT_ONCE], "around": around})
+              for begin in range(0, len(todo), _AT_ONCE)]
+    for _, made in spread(crew.get(), of_matches, pieces, len(pieces)):
+        for match_id, done in made.items():
+            for name, content in done.pages.items():
+                folder.write(name, keys[match_id][name], content)
+            if done.line is not None:
+                lines[match_id] = folder.remember(match_id, keys[match_id][f"data/{match_id}.js"], done.line)
+    return lines
+
+
+def _teams(
+    store: Store, folder: Folder, teams: Sequence[TeamTodo], keys: Mapping[TeamName, str],
+    around: dict[str, Any],
+) -> None:
+    """Write the pages of the teams."""
+    data, pieces, matches = crew.get().path(store.root), [], 0
+    for team in sorted(teams, key=lambda it: -len(it.matches)):  # the longest work first
+        pages = folder.missing({f"{kind}/{team.team.slug}.html": keys[team.team]
+                                for kind in ("teams", "behaviours", "maps", "against")})
+        if pages:
+            pieces.append((team.team.slug, {"data": data, "team": team, "pages": pages, "around": around}))
+            matches += min(len(team.matches), FROM)
+    workers = crew.get() if matches > _AT_ONCE else crew.get().alone()
+    key_of = {team.slug: key for team, key in keys.items()}
+    for slug, made in spread(workers, of_team, pieces, len(pieces)):
+        for name, content in made.items():
+            folder.write(name, key_of[slug], content)
+
+
+def _policies(
+    store: Store, folder: Folder, policies: list[policy_pages.Newest],
+    galleries: Mapping[TeamName, tuple[str, Callable[[], pl.DataFrame]]], around: dict[str, Any],
+) -> None:
+    """The list of policies, and a page for each; behaviours lead to their cards in the team's gallery."""
+    made_from = [around["made"], around["menu"]]
+    known = [it.key for it in policies]
+    folder.put("policies.html", digest(canonical([*made_from, known])), lambda: page(
+        "policies", **around, rows=policy_pages.summary(store, policies)))
+    for policy, own in zip(policies, known, strict=True):
+        key, shown = ("", Behaviours.empty) if policy.team is None else galleries.get(
+            policy.team, ("", Behaviours.empty))
+
+        def made(policy: policy_pages.Newest = policy,
+                 shown: Callable[[], pl.DataFrame] = shown) -> bytes:
+            cards = {name: f"../behaviours/{policy.slug}.html#{name}" for name in shown()["behaviour_id"]}
+            return page("policy", up="../", **around, **policy_pages.facts(store, policy, cards))
+
+        folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), made)
+
+
+def _row(match: Match, line: dict[str, Any]) -> dict[str, Any]:
+    """A match as the league's page shows it."""
+    numbers = line["numbers"]
+    return {
+        "id": match.name, "home": match.home, "away": match.away,
+        "territory": Markup(line["picture"]),  # noqa: S704 (pipeline.views.scout.pictures made it)
+        "possession": numbers["home"]["possession"],
+        "shots": [numbers[side]["shots"] for side in SIDES],
+        **{name: line[name] for name in ("score", "seconds", "kind", "date", "flaws")},
+    }
