@@ -20,12 +20,12 @@ from docstring_parser import Docstring, parse
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from flows.cli import COMMANDS, command_line
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.settings import RunSettings
-from pipeline.studies.seasons.settings import SeasonSettings
-from schemas import PUBLIC, Table
+from pitchlore.flows.cli import COMMANDS, command_line
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.settings import RunSettings
+from pitchlore.pipeline.studies.seasons.settings import SeasonSettings
+from pitchlore.schemas import PUBLIC, Table
 
 HERE = Path(__file__).parent / "reference"
 

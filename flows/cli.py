@@ -13,10 +13,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from flows.interrupt import interruptible
-from pipeline import __version__
-from pipeline.base.errors import PitchloreError, in_one_line
-from pipeline.engine.child import collect_rarely, hush
+from pitchlore.flows.interrupt import interruptible
+from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
+from pitchlore.pipeline.engine.child import collect_rarely, hush
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -245,7 +245,7 @@ def command_line() -> App:
     for command in COMMANDS:
         first, _, second = command.name.partition(" ")
         (groups[first] if second else app).command(
-            f"flows.commands.{command.target}", name=second or first, help=command.help,
+            f"pitchlore.flows.commands.{command.target}", name=second or first, help=command.help,
             help_epilogue=f"Example: {command.example}")
     for group in groups.values():
         app.command(group)
@@ -332,7 +332,7 @@ def _unforeseen(error: Exception) -> str:
                 "this folder: prefect.toml, pyproject.toml or .env.")
     from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
 
-    from pipeline.base.toml import unfit  # noqa: PLC0415
+    from pitchlore.pipeline.base.toml import unfit  # noqa: PLC0415
 
     if isinstance(error, ValidationError):
         return str(unfit(error, error.title, "Mend the option or the file that gives it"))
@@ -353,7 +353,7 @@ class _Notices(logging.Handler):
 
 def _show_notices() -> None:
     """Write to standard error what the store says while it waits."""
-    notices = logging.getLogger("pipeline")
+    notices = logging.getLogger("pitchlore")
     if not notices.handlers:
         shown = _Notices()
         shown.setFormatter(logging.Formatter("pitchlore: %(message)s"))

@@ -12,18 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flows.interrupt import until_stopped
-from pipeline.engine.matches import INBOX, PLAYING
-from pipeline.game.pitch import PITCHES, Kind, Pitch
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName, channels
-from pipeline.importers.source import slug
-from pipeline.live.driver import Driver, Job, commands_of
-from pipeline.live.frames import pitch_of
-from pipeline.live.screening import Screen
-from pipeline.live.sockets import Receiver, Sender
-from pipeline.numbers.arrays import F64
-from pipeline.store import Store
+from pitchlore.flows.interrupt import until_stopped
+from pitchlore.pipeline.engine.matches import INBOX, PLAYING
+from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.importers.source import slug
+from pitchlore.pipeline.live.driver import Driver, Job, commands_of
+from pitchlore.pipeline.live.frames import pitch_of
+from pitchlore.pipeline.live.screening import Screen
+from pitchlore.pipeline.live.sockets import Receiver, Sender
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.store import Store
 
 #: How long an SSL match may be without geometry before its pitch is the league's, seconds.
 _GEOMETRY_S = 3.0

@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
-from flows.jobs import run_pieces
-from flows.pruning import prune_or_say
-from flows.tasks import conclude, data_folder, our_flow
-from pipeline.engine.history import LOG, noted
-from pipeline.engine.lacking import remarks
-from pipeline.engine.matches import Recording, import_recording, inbox, strangers, useless
-from pipeline.engine.placement.crew import crew
-from pipeline.engine.placement.places import placed
-from pipeline.engine.progress import StageReport
-from pipeline.settings import HistorySettings, ImportSettings
-from pipeline.store import Store
+from pitchlore.flows.jobs import run_pieces
+from pitchlore.flows.pruning import prune_or_say
+from pitchlore.flows.tasks import conclude, data_folder, our_flow
+from pitchlore.pipeline.engine.history import LOG, noted
+from pitchlore.pipeline.engine.lacking import remarks
+from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox, strangers, useless
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.settings import HistorySettings, ImportSettings
+from pitchlore.pipeline.store import Store
 
 
 def make_match(data: Path, recording: Recording, limits: ImportSettings) -> tuple[str, bool]:

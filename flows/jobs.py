@@ -11,11 +11,11 @@ from prefect.client.schemas.objects import State, TaskRun
 from prefect.futures import PrefectFuture, as_completed
 from prefect.utilities.annotations import quote
 
-from pipeline.base.errors import in_one_line
-from pipeline.engine.costs import Costed, costed
-from pipeline.engine.placement.crew import crew
-from pipeline.engine.placement.pieces import Failure, Part, Pieces, parted
-from pipeline.engine.progress import StageReport, listener
+from pitchlore.pipeline.base.errors import in_one_line
+from pitchlore.pipeline.engine.costs import Costed, costed
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.pieces import Failure, Part, Pieces, parted
+from pitchlore.pipeline.engine.progress import StageReport, listener
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -5,22 +5,22 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel
 
-from flows.jobs import run_pieces
-from flows.tasks import conclude, data_folder, our_flow
-from pipeline.engine.outputs import digests, need, refusing
-from pipeline.engine.placement.crew import crew
-from pipeline.engine.placement.places import placed
-from pipeline.engine.progress import StageReport
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from pipeline.store.work import Made, Work
-from pipeline.studies.paradigms.claims import PEAK, verdicts
-from pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, FigureNumber, Sweep, sweeps
-from pipeline.studies.paradigms.readings import informative
-from pipeline.views.plots.paradigms import curves, sensitivity
-from pipeline.views.plots.style import png
-from schemas import Paradigms, Verdicts
+from pitchlore.flows.jobs import run_pieces
+from pitchlore.flows.tasks import conclude, data_folder, our_flow
+from pitchlore.pipeline.engine.outputs import digests, need, refusing
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.pipeline.studies.paradigms.claims import PEAK, verdicts
+from pitchlore.pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, FigureNumber, Sweep, sweeps
+from pitchlore.pipeline.studies.paradigms.readings import informative
+from pitchlore.pipeline.views.plots.paradigms import curves, sensitivity
+from pitchlore.pipeline.views.plots.style import png
+from pitchlore.schemas import Paradigms, Verdicts
 
 NOUN = "paradigms"
 

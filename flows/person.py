@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pipeline.arena.match.human import HumanController
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe
-from pipeline.arena.window.painting import Picture
-from pipeline.matches.frame import AWAY, HOME, home_attacks
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.human import HumanController
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.arena.window.painting import Picture
+from pitchlore.pipeline.matches.frame import AWAY, HOME, home_attacks
 
 if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Window
+    from pitchlore.pipeline.arena.window.screen import Window
 
 # A killed process loses what was played since it was last logged.
 _LOG_EVERY_S = 1.0

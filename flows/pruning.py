@@ -22,8 +22,8 @@ from prefect.client.schemas.objects import TERMINAL_STATES
 from prefect.client.schemas.sorting import FlowRunSort
 from prefect.exceptions import ObjectNotFound
 
-from pipeline.base.errors import in_one_line
-from pipeline.settings import HistorySettings
+from pitchlore.pipeline.base.errors import in_one_line
+from pitchlore.pipeline.settings import HistorySettings
 
 #: Version of all our flows, by which their runs are known in the database. Other people's have another.
 OURS = "pitchlore"

@@ -8,29 +8,36 @@ from typing import NamedTuple
 import polars as pl
 from pydantic import ValidationError
 
-from pipeline import arena
-from pipeline.base.errors import NotFound, PitchloreError
-from pipeline.base.toml import Frozen
-from pipeline.engine.catalog import Vouched, look
-from pipeline.engine.outputs import refusing
-from pipeline.engine.stages import STAGES
-from pipeline.engine.teams import Player, apprentice, entrant, labelled
-from pipeline.store import Store
-from pipeline.store.receipts import RELEASE, Receipt
-from pipeline.store.work import Made
-from pipeline.studies.document import web_page
-from pipeline.studies.evaluations import Entrant, Evaluation
-from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
-from pipeline.studies.seasons.measures import CONTROLS, DIFFERENCE, EFFECTIVE, OTHER, OTHER_TIME, Pooling
-from pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
-from pipeline.studies.seasons.report import COLOURS, SeasonsReport
-from pipeline.studies.seasons.sensitivity import varied
-from pipeline.studies.seasons.settings import Season
-from pipeline.studies.seasons.summary import beside_table_3, curves
-from pipeline.studies.seasons.table3 import CHANGE
-from pipeline.views.plots import seasons as plots
-from pipeline.views.plots.style import png
-from schemas import Claims, Evaluations, Games, Growth
+from pitchlore.pipeline import arena
+from pitchlore.pipeline.base.errors import NotFound, PitchloreError
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.engine.catalog import Vouched, look
+from pitchlore.pipeline.engine.outputs import refusing
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import RELEASE, Receipt
+from pitchlore.pipeline.store.work import Made
+from pitchlore.pipeline.studies.document import web_page
+from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
+from pitchlore.pipeline.studies.seasons.measures import (
+    CONTROLS,
+    DIFFERENCE,
+    EFFECTIVE,
+    OTHER,
+    OTHER_TIME,
+    Pooling,
+)
+from pitchlore.pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
+from pitchlore.pipeline.studies.seasons.report import COLOURS, SeasonsReport
+from pitchlore.pipeline.studies.seasons.sensitivity import varied
+from pitchlore.pipeline.studies.seasons.settings import Season
+from pitchlore.pipeline.studies.seasons.summary import beside_table_3, curves
+from pitchlore.pipeline.studies.seasons.table3 import CHANGE
+from pitchlore.pipeline.views.plots import seasons as plots
+from pitchlore.pipeline.views.plots.style import png
+from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
 #: Name of the noun's only output.
 NAME = "seasons"

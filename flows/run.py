@@ -3,16 +3,16 @@
 from pathlib import Path
 from typing import Any
 
-from flows.imports import import_all
-from flows.pruning import prune_or_say
-from flows.tasks import Runner, our_flow, show, swept
-from pipeline.engine.catalog import refresh_after
-from pipeline.engine.history import noted
-from pipeline.engine.matches import Recording
-from pipeline.engine.placement.places import placed
-from pipeline.engine.update import look_for_damage
-from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
-from pipeline.views.scout.content.write import write_after
+from pitchlore.flows.imports import import_all
+from pitchlore.flows.pruning import prune_or_say
+from pitchlore.flows.tasks import Runner, our_flow, show, swept
+from pitchlore.pipeline.engine.catalog import refresh_after
+from pitchlore.pipeline.engine.history import noted
+from pitchlore.pipeline.engine.matches import Recording
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.update import look_for_damage
+from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
+from pitchlore.pipeline.views.scout.content.write import write_after
 
 
 @our_flow(name="run")

@@ -8,12 +8,12 @@ from prefect import runtime
 from prefect.client.schemas.objects import State
 from prefect.states import Completed, Failed
 
-from flows.run import run_flow
-from flows.tasks import flow_of, our_flow
-from pipeline.base.errors import NotFound
-from pipeline.engine.child import belong
-from pipeline.engine.progress import RunReport
-from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
+from pitchlore.flows.run import run_flow
+from pitchlore.flows.tasks import flow_of, our_flow
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.child import belong
+from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
 # `serve` is killed, there is none any more, and it would ask for minutes

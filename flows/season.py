@@ -9,16 +9,16 @@ from typing import Any
 
 from prefect.futures import PrefectFuture, as_completed
 
-from flows.jobs import stage_task
-from flows.tasks import data_folder, our_flow, show
-from pipeline.base.errors import PitchloreError, in_one_line
-from pipeline.engine.catalog import refresh_into
-from pipeline.engine.games import NOUN, Turn, next_of, take
-from pipeline.engine.placement.crew import Crew
-from pipeline.engine.placement.places import placed
-from pipeline.engine.progress import StageReport, listener
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season
+from pitchlore.flows.jobs import stage_task
+from pitchlore.flows.tasks import data_folder, our_flow, show
+from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
+from pitchlore.pipeline.engine.catalog import refresh_into
+from pitchlore.pipeline.engine.games import NOUN, Turn, next_of, take
+from pitchlore.pipeline.engine.placement.crew import Crew
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.progress import StageReport, listener
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season
 
 
 @stage_task(name="game")

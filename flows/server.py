@@ -19,10 +19,10 @@ from typing import IO, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from flows.server_process import TAKEN
-from pipeline.base.errors import PitchloreError
-from pipeline.store.files import Files
-from pipeline.store.sealed import pretty
+from pitchlore.flows.server_process import TAKEN
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.sealed import pretty
 
 #: Where a data folder keeps its server: Prefect's home and database, the record, the log.
 FOLDER = "server"
@@ -100,7 +100,7 @@ class Process:
         self._answers = False
         self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
             # -P: no modules of the working directory
-            [sys.executable, "-P", "-m", "flows.server_process", str(port)],
+            [sys.executable, "-P", "-m", "pitchlore.flows.server_process", str(port)],
             env={**environment}, start_new_session=True, pass_fds=() if held is None else (held,),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, bufsize=0,
         )

@@ -12,7 +12,7 @@ import socket
 import sys
 from threading import Thread
 
-from pipeline.engine.child import collect_rarely
+from pitchlore.pipeline.engine.child import collect_rarely
 
 #: Exit code if another process listens on the port.
 TAKEN = 4

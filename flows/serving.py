@@ -22,9 +22,9 @@ from signal import SIGKILL
 from tempfile import mkdtemp
 from threading import Event, Thread
 
-from flows.interrupt import KEPT, end
-from flows.server import Keeper, Process, ServerFailed, trouble
-from pipeline.base.errors import in_one_line
+from pitchlore.flows.interrupt import KEPT, end
+from pitchlore.flows.server import Keeper, Process, ServerFailed, trouble
+from pitchlore.pipeline.base.errors import in_one_line
 
 #: How long a server that is there may take to answer, seconds: one that other commands keep busy takes some.
 ANSWER_S = 15.0

@@ -13,19 +13,19 @@ from threading import Thread
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from pipeline.arena.window import board_class
-from pipeline.base.errors import PitchloreError
-from pipeline.drawing.painting import Snapshot
-from pipeline.engine.child import belong
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName, channels
-from pipeline.live.following import Follower, Glimpse, prepare
-from pipeline.live.status import Status
-from schemas import SIDES
+from pitchlore.pipeline.arena.window import board_class
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.drawing.painting import Snapshot
+from pitchlore.pipeline.engine.child import belong
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.live.following import Follower, Glimpse, prepare
+from pitchlore.pipeline.live.status import Status
+from pitchlore.schemas import SIDES
 
 if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Board
+    from pitchlore.pipeline.arena.window.screen import Board
 
 #: Pictures a second, at most; and seconds after which the words are painted anew where nothing moves.
 _HZ, _AGAIN_S = 40.0, 0.5

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flows.interrupt import until_stopped
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe
-from pipeline.engine.record import recording
-from pipeline.game.bodies import see
-from pipeline.importers.packets.streams import LEAGUES, Stream
-from pipeline.live.encoding import (
+from pitchlore.flows.interrupt import until_stopped
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.engine.record import recording
+from pitchlore.pipeline.game.bodies import see
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, Stream
+from pitchlore.pipeline.live.encoding import (
     BLUE,
     GAME_ON,
     KICKOFF,
@@ -25,10 +25,10 @@ from pipeline.live.encoding import (
     environment,
     referee_command,
 )
-from pipeline.live.remote import RemoteController, asked
-from pipeline.live.sockets import Receiver, Sender
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.store import Store
+from pitchlore.pipeline.live.remote import RemoteController, asked
+from pitchlore.pipeline.live.sockets import Receiver, Sender
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.store import Store
 
 #: The streams of a VSSS simulator: it sends vision and the referee's commands, and listens to commands.
 COMMANDS = Stream("commands", 9, "127.0.0.1", 20011)

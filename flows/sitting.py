@@ -10,20 +10,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from flows.person import PersonMatch
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import Recipe
-from pipeline.base.errors import BadSettings
-from pipeline.engine.games import LEFT, NOUN, Turn, learn, next_of, play, store_of
-from pipeline.engine.matches import PLAYING
-from pipeline.engine.progress import StageReport
-from pipeline.engine.record import recorded, recording
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season
-from schemas import Matches
+from pitchlore.flows.person import PersonMatch
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.games import LEFT, NOUN, Turn, learn, next_of, play, store_of
+from pitchlore.pipeline.engine.matches import PLAYING
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.record import recorded, recording
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season
+from pitchlore.schemas import Matches
 
 if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Window
+    from pitchlore.pipeline.arena.window.screen import Window
 
 #: Names of the teams in the window: the apprentice is home.
 NAMES = ("apprentice", "you")

@@ -15,26 +15,26 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
-from flows.jobs import carried_out, stage_task
-from flows.pruning import OURS, prune_or_say
-from pipeline.base.errors import NotFound, in_one_line
-from pipeline.engine import knowledge, policies
-from pipeline.engine.catalog import look, refresh_into
-from pipeline.engine.costs import Cost, Spent, spending
-from pipeline.engine.history import LOG, noted
-from pipeline.engine.lacking import lacking
-from pipeline.engine.making import Outcome, make
-from pipeline.engine.placement.crew import crew
-from pipeline.engine.placement.pieces import Failure
-from pipeline.engine.placement.places import placed
-from pipeline.engine.progress import RunReport, StageReport, listener
-from pipeline.engine.stage import Output, Per, Scope, Stage
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import bring, bring_up_to_date, scope_of
-from pipeline.engine.versions import emit
-from pipeline.settings import HistorySettings, Settings
-from pipeline.store import Store
-from pipeline.store.paths import check_root
+from pitchlore.flows.jobs import carried_out, stage_task
+from pitchlore.flows.pruning import OURS, prune_or_say
+from pitchlore.pipeline.base.errors import NotFound, in_one_line
+from pitchlore.pipeline.engine import knowledge, policies
+from pitchlore.pipeline.engine.catalog import look, refresh_into
+from pitchlore.pipeline.engine.costs import Cost, Spent, spending
+from pitchlore.pipeline.engine.history import LOG, noted
+from pitchlore.pipeline.engine.lacking import lacking
+from pitchlore.pipeline.engine.making import Outcome, make
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.pieces import Failure
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.progress import RunReport, StageReport, listener
+from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import bring, bring_up_to_date, scope_of
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import HistorySettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import check_root
 
 P = ParamSpec("P")
 R = TypeVar("R")

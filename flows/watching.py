@@ -8,14 +8,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from flows.interrupt import until_stopped
-from pipeline.engine.matches import INBOX, WATCHING
-from pipeline.importers.packets.recorder import Packet, PacketRecorder
-from pipeline.importers.packets.streams import LeagueName, Stream
-from pipeline.live.screening import Screen
-from pipeline.live.sockets import Receiver
-from pipeline.live.status import Status
-from pipeline.store import Store
+from pitchlore.flows.interrupt import until_stopped
+from pitchlore.pipeline.engine.matches import INBOX, WATCHING
+from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
+from pitchlore.pipeline.importers.packets.streams import LeagueName, Stream
+from pitchlore.pipeline.live.screening import Screen
+from pitchlore.pipeline.live.sockets import Receiver
+from pitchlore.pipeline.live.status import Status
+from pitchlore.pipeline.store import Store
 
 #: How often what arrived is handed to the system: a kill loses no more than came since then.
 _FLUSH_S = 0.5

@@ -14,11 +14,11 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.numbers.arrays import I64, Bools
-from pipeline.numbers.sums import exact
-from pipeline.sequences.league import League, Sides
-from pipeline.sequences.windows import instances
-from schemas import Decisions
+from pitchlore.pipeline.numbers.arrays import I64, Bools
+from pitchlore.pipeline.numbers.sums import exact
+from pitchlore.pipeline.sequences.league import League, Sides
+from pitchlore.pipeline.sequences.windows import instances
+from pitchlore.schemas import Decisions
 
 _ORDER = ("match_id", "team", "robot", "t_ns")
 

@@ -9,12 +9,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.game.touches import FLICKER, BallInPlay, Touches, touches
-from pipeline.matches.frame import HOME
-from pipeline.numbers.arrays import I64
-from pipeline.settings import GoalSettings
-from schemas import SIDES, Goals
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.game.touches import FLICKER, BallInPlay, Touches, touches
+from pitchlore.pipeline.matches.frame import HOME
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.settings import GoalSettings
+from pitchlore.schemas import SIDES, Goals
 
 Kind = Literal["direct", "indirect", "error"]
 

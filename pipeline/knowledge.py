@@ -8,13 +8,13 @@ from itertools import chain
 
 import polars as pl
 
-from pipeline.numbers.estimates import estimated
-from pipeline.numbers.sums import added_up, exact
-from pipeline.settings import KnowledgeSettings
-from pipeline.sides.teams import Team, as_of, of_teams
-from pipeline.state import project
-from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
-from schemas.behaviours import moves_randomly
+from pitchlore.pipeline.numbers.estimates import estimated
+from pitchlore.pipeline.numbers.sums import added_up, exact
+from pitchlore.pipeline.settings import KnowledgeSettings
+from pitchlore.pipeline.sides.teams import Team, as_of, of_teams
+from pitchlore.pipeline.state import project
+from pitchlore.schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
+from pitchlore.schemas.behaviours import moves_randomly
 
 _TEAM = Team._fields
 _PAIR = (*_TEAM, "role", "key", "state", "behaviour_id")

@@ -11,9 +11,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from pipeline.base.toml import Frozen, fitted, tables
-from pipeline.game.pitch import Kind
-from schemas.table import KEYS, Key, Side
+from pitchlore.pipeline.base.toml import Frozen, fitted, tables
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.schemas.table import KEYS, Key, Side
 
 
 def none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:

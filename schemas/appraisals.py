@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.sights import SIGHT
-from schemas.table import Table
+from pitchlore.schemas.sights import SIGHT
+from pitchlore.schemas.table import Table
 
 
 class Appraisals(Table):

@@ -7,8 +7,8 @@ from typing import ClassVar
 import dataframely as dy
 import polars as pl
 
-from schemas.situations import MOVES_RANDOMLY
-from schemas.table import ROLES, Table, unit
+from pitchlore.schemas.situations import MOVES_RANDOMLY
+from pitchlore.schemas.table import ROLES, Table, unit
 
 
 def behaviour_id() -> dy.String:

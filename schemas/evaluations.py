@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, SLUG, STAND_IN, Table, unit
+from pitchlore.schemas.table import SIDES, SLUG, STAND_IN, Table, unit
 
 
 def word_of(team: str) -> str:

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import ROLES, SIDES, Table, match_id, unit
+from pitchlore.schemas.table import ROLES, SIDES, Table, match_id, unit
 
 #: How a team's possession ends.
 ENDINGS = ("lost", "contested", "shot", "goal", "conceded", "stopped", "end")

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, Table, match_id, unit
+from pitchlore.schemas.table import SIDES, Table, match_id, unit
 
 KINDS = ("direct", "indirect", "error")
 #: What may tell goals: a referee (of a simulator, or in a log), or in a tracking table its score, its states of the

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import ROLES, Table, unit
+from pitchlore.schemas.table import ROLES, Table, unit
 
 
 class Grams(Table):

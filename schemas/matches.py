@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import BODIES, SIDES, STAND_IN, Table, match_id, unit
+from pitchlore.schemas.table import BODIES, SIDES, STAND_IN, Table, match_id, unit
 
 EVENTS = ("kick-off", "goal", "fault", "stop", "play", "half", "end")
 FLAWS = (

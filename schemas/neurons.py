@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import Table
+from pitchlore.schemas.table import Table
 
 
 class Neurons(Table):

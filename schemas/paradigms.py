@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import Table, unit
+from pitchlore.schemas.table import Table, unit
 
 STUDIES = ("figure", "sensitivity", "confirmation", "comparison")
 VERDICTS = ("reproduced", "not reproduced", "contradicted")

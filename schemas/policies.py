@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.behaviours import behaviour_id
-from schemas.table import KEYS, ROLES, Table
+from pitchlore.schemas.behaviours import behaviour_id
+from pitchlore.schemas.table import KEYS, ROLES, Table
 
 
 class Policies(Table):

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, Table, match_id, unit
+from pitchlore.schemas.table import SIDES, Table, match_id, unit
 
 #: Kinds of restarts, whatever word the source has for them.
 RESTARTS = ("kick-off", "penalty", "goal kick", "free kick", "corner", "kick-in", "free ball", "other")

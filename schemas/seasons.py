@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal, get_args
 import dataframely as dy
 import polars as pl
 
-from schemas.paradigms import VERDICTS
-from schemas.table import ROLES, SLUG, STAND_IN, Table, match_id, unit
+from pitchlore.schemas.paradigms import VERDICTS
+from pitchlore.schemas.table import ROLES, SLUG, STAND_IN, Table, match_id, unit
 
 #: Whom seasons are played against; another one makes new versions of the tables that name it.
 Opponent = Literal["static", "human-like", "random", "person"]

@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.decisions import ENDS, Decisions
-from schemas.table import ROLES, SIDES, Table, match_id, unit
+from pitchlore.schemas.decisions import ENDS, Decisions
+from pitchlore.schemas.table import ROLES, SIDES, Table, match_id, unit
 
 
 class Sequences(Table):

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import ROLES, SIDES, Table, match_id, unit
+from pitchlore.schemas.table import ROLES, SIDES, Table, match_id, unit
 
 #: The numbers of a sight, by name, with their meanings: metres, m/s and cosines, seen by a team that attacks
 #: +x. Where the ball's y is negative, the pitch is mirrored at the line between the goals.

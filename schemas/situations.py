@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import dataframely as dy
 import polars as pl
 
-from schemas.table import ROLES, SIDES, Table, match_id, unit
+from pitchlore.schemas.table import ROLES, SIDES, Table, match_id, unit
 
 #: The paper's code of "robot moves randomly" (Table 1), given to time that no rule explains.
 MOVES_RANDOMLY = 194

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import BODIES, ROLES, Table, match_id, unit
+from pitchlore.schemas.table import BODIES, ROLES, Table, match_id, unit
 
 
 class Trajectories(Table):

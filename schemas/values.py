@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, Table, match_id, unit
+from pitchlore.schemas.table import SIDES, Table, match_id, unit
 
 #: The features of a moment, by name, with their meanings; seen by a team that attacks +x. The first
 #: :data:`NAMED` are those of the logistic model.

@@ -16,14 +16,14 @@ import polars as pl
 import pytest
 from support.sessions import EMPTY, FOLDER, HOME, QUIET, SERVED, keep_migrated, once
 
-import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
-from flows import serving
-from flows.server import DATABASE, START_S, Process
-from pipeline.engine.child import collect_rarely
-from pipeline.engine.placement.crew import cores
+from pitchlore import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
+from pitchlore.flows import serving
+from pitchlore.flows.server import DATABASE, START_S, Process
+from pitchlore.pipeline.engine.child import collect_rarely
+from pitchlore.pipeline.engine.placement.crew import cores
 
 if TYPE_CHECKING:
-    from pipeline.engine.progress import RunReport
+    from pitchlore.pipeline.engine.progress import RunReport
 
 collect_rarely()
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
@@ -135,7 +135,7 @@ def store(tmp_path_factory):
 @pytest.fixture(scope="session")
 def pages(store):
     """The scout's pages of that league."""
-    from pipeline.views.scout.content.write import write
+    from pitchlore.pipeline.views.scout.content.write import write
 
     return write(store)
 
@@ -175,7 +175,7 @@ def call(capsys, monkeypatch, request):
     """Call `pitchlore …`; exit code, standard output, standard error. What it says on errors is in the report."""
     monkeypatch.setenv("COLUMNS", "250")
 
-    from flows.cli import main
+    from pitchlore.flows.cli import main
 
     def run(*words: str) -> tuple[int, str, str]:
         try:
@@ -226,8 +226,8 @@ def fill(data: Path, clips: Path) -> None:
 
 def run(data: Path, **options) -> RunReport:
     """One run of all stages."""
-    from flows.run import run_flow
-    from pipeline.engine.progress import RunReport
+    from pitchlore.flows.run import run_flow
+    from pitchlore.pipeline.engine.progress import RunReport
 
     return RunReport.model_validate(run_flow(data, **options))
 

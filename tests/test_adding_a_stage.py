@@ -17,11 +17,11 @@ USE = """
 import sys
 from pathlib import Path
 from golden import cases
-from pipeline.engine.catalog import catalog_path, forget_match, refresh
-from pipeline.engine.stages import STAGES
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.query import ask
+from pitchlore.pipeline.engine.catalog import catalog_path, forget_match, refresh
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
 name = "sprints/clip-120s.txt"
 path = cases.HERE / name
 path.parent.mkdir()
@@ -42,7 +42,7 @@ assert ask(refresh(store)[0], "select count(*) from sprints").item() == 0
 def tree(tmp_path_factory):
     """A copy of the tree with the sample stage added."""
     copy = tmp_path_factory.mktemp("tree")
-    environment = trees.copied(copy, "pipeline", "flows", "schemas", "tests", "docs", "data/samples")
+    environment = trees.copied(copy, "pitchlore", "pipeline", "flows", "schemas", "tests", "docs", "data/samples")
     shutil.copy(ROOT / "pyproject.toml", copy)
     return copy, sample_stage.add(copy), environment
 

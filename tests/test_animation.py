@@ -10,10 +10,10 @@ import pytest
 from PIL import Image
 from test_replay import match, situations, trajectories
 
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.views.replay.animation import animation
-from schemas import Referee, Situations
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.views.replay.animation import animation
+from pitchlore.schemas import Referee, Situations
 
 pytestmark = pytest.mark.slow
 

@@ -19,14 +19,14 @@ from typing import IO
 import pytest
 from conftest import ROOT
 
-from pipeline.base.errors import NotFound
-from pipeline.engine.catalog import forget_match, refresh
-from pipeline.engine.stage import Output, Scope
-from pipeline.engine.stages import STAGES
-from pipeline.engine.verify import verify_all
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.query import ask
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.catalog import forget_match, refresh
+from pitchlore.pipeline.engine.stage import Output, Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
 
 ROUNDS = int(os.environ.get("PITCHLORE_ROUNDS", "1"))
 #: Longest delay of one of the two, seconds.

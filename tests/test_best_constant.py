@@ -11,23 +11,23 @@ import pytest
 from conftest import ROOT
 from studies.best_constant import BUDGET_MINUTES, CLOCKS, FINAL_SEEDS, SEARCHES, difference, search
 
-from pipeline.arena.match.environment import EnvSettings
-from pipeline.arena.match.sides import Sides
-from pipeline.arena.teams import constant as constants
-from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant, clock_of
-from pipeline.arena.teams.executors.actions import CODES
-from pipeline.arena.teams.panel import PANEL
-from pipeline.engine.teams import entrant
-from pipeline.store import Store
-from schemas import ROLES
+from pitchlore.pipeline.arena.match.environment import EnvSettings
+from pitchlore.pipeline.arena.match.sides import Sides
+from pitchlore.pipeline.arena.teams import constant as constants
+from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant, clock_of
+from pitchlore.pipeline.arena.teams.executors.actions import CODES
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import ROLES
 
 RESULTS = ROOT / "data/studies/best-constant"
 
 
 def file():
     """The file of the best constant team."""
-    return json.loads(resources.files("pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8"))
+    return json.loads(resources.files("pitchlore.pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8"))
 
 
 def worth(team):

@@ -29,15 +29,15 @@ from support.processes import eventually
 
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
-from pipeline.base.errors import BadSettings, NotFound, Overtaken, StorageFailed
-from pipeline.engine.catalog import distrust, look, refresh
-from pipeline.engine.matches import Recording, import_recording, inbox
-from pipeline.engine.stages import STAGES
-from pipeline.engine.verify import verify_all
-from pipeline.store import Store, buckets, claims, leftovers, mirrors
-from pipeline.store.leftovers import prune_versions
-from pipeline.store.query import ask
-from pipeline.store.work import Made, Work
+from pitchlore.pipeline.base.errors import BadSettings, NotFound, Overtaken, StorageFailed
+from pitchlore.pipeline.engine.catalog import distrust, look, refresh
+from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.store import Store, buckets, claims, leftovers, mirrors
+from pitchlore.pipeline.store.leftovers import prune_versions
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.work import Made, Work
 
 pytestmark = pytest.mark.slow
 
@@ -432,7 +432,7 @@ def test_keys_of_others(server, machine):
     assert inbox(store) == []
 
 
-@pytest.mark.parametrize("full", ["os.replace", "pipeline.store.atomic.sync"])
+@pytest.mark.parametrize("full", ["os.replace", "pitchlore.pipeline.store.atomic.sync"])
 def test_full_disk_of_the_copy(server, machine, monkeypatch, full):
     """If the copy's disk is full, one line says so, at any write; the bucket has the old or the new, whole."""
     url = server.new()

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pipeline import matches as log
-from pipeline.arena.match.controllers import controller_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.camera import Camera, CameraSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.controllers import controller_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.camera import Camera, CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
 
 VSSS = PITCHES[Kind.VSSS]
 HZ = 60.0

@@ -7,11 +7,11 @@ import polars as pl
 import pytest
 from support.outputs import put_goal
 
-from pipeline.base.errors import BadQuery, NotFound
-from pipeline.engine.catalog import catalog_path, refresh
-from pipeline.store import Store
-from pipeline.store.query import ask
-from schemas import PUBLIC
+from pitchlore.pipeline.base.errors import BadQuery, NotFound
+from pitchlore.pipeline.engine.catalog import catalog_path, refresh
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.schemas import PUBLIC
 
 
 def test_empty_tables(tmp_path):

@@ -9,18 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_policies import GUIDE, KICK, PLAIN, decisions, occasions
 
-from pipeline.numbers.statistics import welch, welch_of
-from pipeline.policies.certainty import returns_of, states_of
-from pipeline.policies.returns import by_pair, returns, together
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED
-from pipeline.policies.train import train
-from pipeline.settings import PolicySettings
-from pipeline.state import encode
-from pipeline.state.keys import columns
-from pipeline.state.table import LEVELS, TABLE
-from pipeline.state.words import elements_of, levels_of, named
-from schemas import KEYS, Policies, Returns, States
-from schemas.policies import FEW
+from pitchlore.pipeline.numbers.statistics import welch, welch_of
+from pitchlore.pipeline.policies.certainty import returns_of, states_of
+from pitchlore.pipeline.policies.returns import by_pair, returns, together
+from pitchlore.pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED
+from pitchlore.pipeline.policies.train import train
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.state import encode
+from pitchlore.pipeline.state.keys import columns
+from pitchlore.pipeline.state.table import LEVELS, TABLE
+from pitchlore.pipeline.state.words import elements_of, levels_of, named
+from pitchlore.schemas import KEYS, Policies, Returns, States
+from pitchlore.schemas.policies import FEW
 
 elements36 = st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS))
 

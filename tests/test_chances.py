@@ -12,24 +12,24 @@ from support.league import copied
 from support.recordings import RSIM, imported
 from support.rows import bodies
 
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.events.derive import events
-from pipeline.events.in_way import in_way
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.settings import ChanceSettings, EventSettings, Settings, TrajectorySettings
-from pipeline.store import Store
-from pipeline.store.work import Made
-from pipeline.trajectories.derive import trajectories
-from pipeline.values.chances import FEATURES, ShotModels, chances, features_of, from_bytes, to_bytes
-from pipeline.values.shooting import CONTROLS, fit, left_out
-from pipeline.views.scout.content.answers import kept
-from pipeline.views.scout.content.chances import known_in, rests_on, size, with_chances
-from pipeline.views.scout.content.matches import line
-from pipeline.views.scout.content.sources import played
-from pipeline.views.scout.content.write import write
-from pipeline.views.scout.facts import mean
-from schemas import Chances, Shots
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.events.derive import events
+from pitchlore.pipeline.events.in_way import in_way
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.settings import ChanceSettings, EventSettings, Settings, TrajectorySettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.values.chances import FEATURES, ShotModels, chances, features_of, from_bytes, to_bytes
+from pitchlore.pipeline.values.shooting import CONTROLS, fit, left_out
+from pitchlore.pipeline.views.scout.content.answers import kept
+from pitchlore.pipeline.views.scout.content.chances import known_in, rests_on, size, with_chances
+from pitchlore.pipeline.views.scout.content.matches import line
+from pitchlore.pipeline.views.scout.content.sources import played
+from pitchlore.pipeline.views.scout.content.write import write
+from pitchlore.pipeline.views.scout.facts import mean
+from pitchlore.schemas import Chances, Shots
 
 VSSS = PITCHES[Kind.VSSS]
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy import stats
 from support.points import curve, over_decays, point, table
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.numbers.statistics import (
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.numbers.statistics import (
     UNDEFINED,
     Estimate,
     difference,
@@ -22,9 +22,9 @@ from pipeline.numbers.statistics import (
     welch,
     wilson,
 )
-from pipeline.studies.claims import Claim, Evidence, Range, counted, findings
-from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
-from schemas.paradigms import Paradigms, Verdicts
+from pitchlore.pipeline.studies.claims import Claim, Evidence, Range, counted, findings
+from pitchlore.pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
+from pitchlore.schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"
 

@@ -19,17 +19,17 @@ from conftest import ROOT, clip
 from support.processes import pitchlore
 from support.receipts import put_receipt, receipt_at
 
-from flows.cli import COMMANDS
-from flows.commands.printing import print_frame
-from flows.commands.run import _print_rounds
-from flows.commands.run import run as run_command
-from flows.commands.situations import situations as situations_command
-from pipeline.arena.match.recipe import slug
-from pipeline.arena.teams.panel import PANEL
-from pipeline.game.pitch import Kind
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
-from schemas import PUBLIC
+from pitchlore.flows.cli import COMMANDS
+from pitchlore.flows.commands.printing import print_frame
+from pitchlore.flows.commands.run import _print_rounds
+from pitchlore.flows.commands.run import run as run_command
+from pitchlore.flows.commands.situations import situations as situations_command
+from pitchlore.pipeline.arena.match.recipe import slug
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import PUBLIC
 
 
 @pytest.fixture
@@ -156,10 +156,10 @@ def test_interrupted_query(finished):
 INTERRUPTIBLE = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from flows.commands import sql
-from flows.cli import main
-from flows.commands.printing import print_frame
-from flows.commands.run import _print_rounds
+from pitchlore.flows.commands import sql
+from pitchlore.flows.cli import main
+from pitchlore.flows.commands.printing import print_frame
+from pitchlore.flows.commands.run import _print_rounds
 ask = sql.ask
 def told(*arguments):
     print("asked", flush=True)

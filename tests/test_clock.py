@@ -6,22 +6,22 @@ import pytest
 from support.played import logged, policy, starting
 from support.toy_scenes import CODES, M, openings, perform, splitmix, view_of
 
-from pipeline import matches as log
-from pipeline.arena.match.controllers import LearnedController, PolicyTables, controller_of
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.ball import NOBODY, OTHER, OWN, holder
-from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.base.errors import BadSettings
-from pipeline.engine.teams import entrant
-from pipeline.events.control import control
-from pipeline.settings import TrajectorySettings
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import named
-from pipeline.trajectories.derive import trajectories
-from schemas import ROLES, Appraisals
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.controllers import LearnedController, PolicyTables, controller_of
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.ball import NOBODY, OTHER, OWN, holder
+from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.events.control import control
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import named
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import ROLES, Appraisals
 
 #: 0.4 s are 24 frames.
 LEAST = ClockSettings(least_s=0.4)

@@ -25,23 +25,23 @@ pytest.importorskip("distributed", reason="the extra dask is not installed")
 
 from distributed.comm.core import CommClosedError
 
-from flows.imports import matches_flow
-from flows.season import season_flow
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.base.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
-from pipeline.engine.evaluations import evaluate
-from pipeline.engine.matches import Recording
-from pipeline.engine.placement import cluster
-from pipeline.engine.placement.identity import identity
-from pipeline.engine.placement.pieces import spread
-from pipeline.engine.placement.places import crew_at, place_of
-from pipeline.engine.progress import StageReport
-from pipeline.engine.record import record_match
-from pipeline.engine.verify import verify_all
-from pipeline.store import Store
-from pipeline.studies.evaluations import Entrant, Evaluation
-from pipeline.studies.seasons.settings import Season, parse
+from pitchlore.flows.imports import matches_flow
+from pitchlore.flows.season import season_flow
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
+from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.matches import Recording
+from pitchlore.pipeline.engine.placement import cluster
+from pitchlore.pipeline.engine.placement.identity import identity
+from pitchlore.pipeline.engine.placement.pieces import spread
+from pitchlore.pipeline.engine.placement.places import crew_at, place_of
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.record import record_match
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("prefect_server")]
 
@@ -298,9 +298,9 @@ def test_local_cluster(tmp_path):
 def test_other_code(workers, call, tmp_path):
     """A worker of other code is refused in one line before it works."""
     copy = tmp_path / "copy"
-    for package in ("flows", "pipeline", "schemas"):
-        shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
-    with (copy / "pipeline" / "pitch.py").open("a") as file:
+    for package in ("pitchlore", "flows", "pipeline", "schemas"):
+        shutil.copytree(ROOT / package, copy / package, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / "pipeline" / "game" / "pitch.py").open("a") as file:
         file.write("# other code\n")
     data = league(tmp_path, 1) / "league"
     with crew_at(workers.on, tmp_path / "data") as crew, workers.joined("other", PYTHONPATH=str(copy)):
@@ -317,7 +317,7 @@ def answering(*answers):
 
 
 @pytest.mark.parametrize(("answer", "says"), [
-    (ModuleNotFoundError("No module named 'flows'"), "cannot work (ModuleNotFoundError: No module named 'flows')"),
+    (ModuleNotFoundError("No module named 'pitchlore'"), "cannot work (ModuleNotFoundError: No module named 'pitchlore')"),
     (({"pitchlore": "0.0.1"}, b"", True), "has other code (pitchlore 0.0.1, here 0.1.0+"),
     ((None, None, True), "does not see the data folder"),
     ((None, "seen", False), "does not respect the locks of"),

@@ -10,18 +10,18 @@ import duckdb
 import pytest
 from test_importers_rcg import PARAMS, counted, group, log, player
 
-from pipeline.engine import catalog as views
-from pipeline.engine import matches as flow
-from pipeline.engine.catalog import catalog_path, forget_match, refresh
-from pipeline.engine.chain import Chain
-from pipeline.engine.matches import Recording, all_here, import_recording
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.settings import Settings
-from pipeline.store import Store, catalog
-from pipeline.store.query import ask
-from pipeline.store.verification import verify
-from schemas import PUBLIC, Commands, Matches, Quality, Referee
+from pitchlore.pipeline.engine import catalog as views
+from pitchlore.pipeline.engine import matches as flow
+from pitchlore.pipeline.engine.catalog import catalog_path, forget_match, refresh
+from pitchlore.pipeline.engine.chain import Chain
+from pitchlore.pipeline.engine.matches import Recording, all_here, import_recording
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store, catalog
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.verification import verify
+from pitchlore.schemas import PUBLIC, Commands, Matches, Quality, Referee
 
 SETTINGS = Settings()
 

@@ -11,19 +11,19 @@ from golden.cases import _log
 from support.logs import referee_rows
 from support.scenes import film, goes, stands
 
-from pipeline import matches
-from pipeline.events.derive import events as found_in
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.goals import attribute
-from pipeline.settings import EventSettings, Settings
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from pipeline.views.commentary import CommentarySettings, commentary
-from pipeline.views.commentary.moments import of_the_referee
-from pipeline.views.commentary.spells import spells
-from pipeline.views.commentary.summary import heading
-from pipeline.views.commentary.words import clock, listed, metres, restart, story
-from schemas import Goals, Matches, Situations
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.events.derive import events as found_in
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.goals import attribute
+from pitchlore.pipeline.settings import EventSettings, Settings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
+from pitchlore.pipeline.views.commentary.moments import of_the_referee
+from pitchlore.pipeline.views.commentary.spells import spells
+from pitchlore.pipeline.views.commentary.summary import heading
+from pitchlore.pipeline.views.commentary.words import clock, listed, metres, restart, story
+from pitchlore.schemas import Goals, Matches, Situations
 
 VSSS = PITCHES[Kind.VSSS]
 KEEPER = {"away-0": stands(0.70, 0.0), "home-1": stands(-0.06, 0.0)}

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from pipeline.arena.teams.constant import best_constant
+from pitchlore.pipeline.arena.teams.constant import best_constant
 
 pytestmark = pytest.mark.slow
 

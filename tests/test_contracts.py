@@ -8,7 +8,7 @@ import grimp
 import pytest
 from conftest import ROOT
 
-from pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.stages import STAGES
 
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
 LAYERS = next(c for c in CONTRACTS if c["name"] == "floors: in pipeline")["layers"]
@@ -19,17 +19,17 @@ BELOW = {room for floor in FLOORS[FLOORS.index(["sequences"]):] for room in floo
 
 @pytest.fixture(scope="module")
 def graph():
-    return grimp.build_graph("pipeline", "flows", "schemas")
+    return grimp.build_graph("pitchlore")
 
 
 def room(module: str) -> str:
     """The room of a module of pipeline: its first folder or file."""
-    return module.split(".")[1]
+    return module.split(".")[2]
 
 
 @pytest.fixture(scope="module")
 def rooms(graph) -> set[str]:
-    return {child.removeprefix("pipeline.") for child in graph.find_children("pipeline")}
+    return {child.removeprefix("pitchlore.pipeline.") for child in graph.find_children("pitchlore.pipeline")}
 
 
 def stage_rooms(rooms: set[str]) -> set[str]:
@@ -46,9 +46,9 @@ def test_stages_are_strangers(graph, rooms):
     strange = [
         f"{module} imports {imported}"
         for stage in stage_rooms(rooms)
-        for module in {f"pipeline.{stage}", *graph.find_descendants(f"pipeline.{stage}")}
+        for module in {f"pitchlore.pipeline.{stage}", *graph.find_descendants(f"pitchlore.pipeline.{stage}")}
         for imported in graph.find_modules_directly_imported_by(module)
-        if imported.startswith("pipeline.") and room(imported) not in {stage, *BELOW}
+        if imported.startswith("pitchlore.pipeline.") and room(imported) not in {stage, *BELOW}
     ]
     assert strange == []
 
@@ -58,8 +58,8 @@ def test_nothing_below_knows_a_stage(graph, rooms):
     upward = [
         f"{module} imports {imported}"
         for below in BELOW & rooms
-        for module in {f"pipeline.{below}", *graph.find_descendants(f"pipeline.{below}")}
+        for module in {f"pitchlore.pipeline.{below}", *graph.find_descendants(f"pitchlore.pipeline.{below}")}
         for imported in graph.find_modules_directly_imported_by(module)
-        if imported.startswith("pipeline.") and room(imported) in stage_rooms(rooms)
+        if imported.startswith("pitchlore.pipeline.") and room(imported) in stage_rooms(rooms)
     ]
     assert upward == []

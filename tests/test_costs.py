@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from support.buckets import files
 from support.prefect_client import post
 
-from pipeline.engine.costs import Cost, Spent
-from pipeline.engine.progress import RunReport
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store
-from pipeline.store.outputs import RECEIPT
+from pitchlore.pipeline.engine.costs import Cost, Spent
+from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.outputs import RECEIPT
 
 OF_MATCHES = [noun for noun in STAGES.of_matches if noun != "matches"]
 
@@ -93,7 +93,7 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
         raise ZeroDivisionError
 
     fill(tmp_path, clips)
-    monkeypatch.setattr("pipeline.goals.attribute", refuse)
+    monkeypatch.setattr("pitchlore.pipeline.goals.attribute", refuse)
     report = run(tmp_path)
     failed = report.stage("goals")
     assert (len(failed.failed), failed.cost.pieces, failed.cost.bytes_out > 0) == (2, 2, True)  # the quarantine's

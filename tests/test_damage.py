@@ -12,17 +12,17 @@ import pytest
 from conftest import run
 from support.receipts import put_receipt, receipt_at
 
-from flows.cli import main
-from pipeline.base.errors import CorruptFile
-from pipeline.engine.catalog import forget_match, refresh
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import nothing_new
-from pipeline.engine.verify import verify_all
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from pipeline.store.sealed import read_model, sealed
-from pipeline.store.verification import verify
+from pitchlore.flows.cli import main
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.engine.catalog import forget_match, refresh
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import nothing_new
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.store.verification import verify
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
 

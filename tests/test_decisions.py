@@ -7,15 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
-from pipeline.behaviours.grams import cover
-from pipeline.decisions import complete, observe, resolve
-from pipeline.game.episodes import episodes
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.sequences.derive import choices, sequences
-from pipeline.sequences.windows import followed
-from pipeline.settings import GramSettings
-from pipeline.state import elements, encode
-from schemas import Decisions, Goals, Referee, Sequences
+from pitchlore.pipeline.behaviours.grams import cover
+from pitchlore.pipeline.decisions import complete, observe, resolve
+from pitchlore.pipeline.game.episodes import episodes
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.sequences.derive import choices, sequences
+from pitchlore.pipeline.sequences.windows import followed
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.state import elements, encode
+from pitchlore.schemas import Decisions, Goals, Referee, Sequences
 
 VSSS = PITCHES[Kind.VSSS]
 GRAMS = GramSettings(alpha=0.5, tick_s=1.0)

@@ -14,9 +14,9 @@ import pytest
 from conftest import ROOT
 from pydantic import BaseModel
 
-from flows.cli import COMMANDS
-from pipeline.base.toml import Frozen
-from schemas import PUBLIC
+from pitchlore.flows.cli import COMMANDS
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.schemas import PUBLIC
 
 #: Settings that no file fills: of a team in a recipe, of the commentary, of an environment.
 IN_NO_FILE = {"TeamSettings", "CommentarySettings", "LearnerSettings", "EnvSettings"}

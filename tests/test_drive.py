@@ -28,27 +28,33 @@ from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, T0, VISION, of_log
 from test_watch import namespace
 
-from flows.cli import main
-from flows.commands.addresses import addressed
-from flows.driving import Driven, drive
-from flows.simulating import STREAMS, simulate
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.packets import vsss
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import channels
-from pipeline.importers.readers import open_source, read
-from pipeline.live.driver import BLIND_S, Driver, Job, streams_of
-from pipeline.live.encoding import Wheels, environment, referee_command, robot_control, wheel_commands
-from pipeline.live.remote import RemoteController, asked
-from pipeline.live.screening import laid_out
-from pipeline.live.sight import Sight
-from pipeline.live.whistle import Whistle
-from pipeline.numbers.arrays import F64
-from pipeline.store import Store
+from pitchlore.flows.cli import main
+from pitchlore.flows.commands.addresses import addressed
+from pitchlore.flows.driving import Driven, drive
+from pitchlore.flows.simulating import STREAMS, simulate
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.packets import vsss
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import channels
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.live.driver import BLIND_S, Driver, Job, streams_of
+from pitchlore.pipeline.live.encoding import (
+    Wheels,
+    environment,
+    referee_command,
+    robot_control,
+    wheel_commands,
+)
+from pitchlore.pipeline.live.remote import RemoteController, asked
+from pitchlore.pipeline.live.screening import laid_out
+from pitchlore.pipeline.live.sight import Sight
+from pitchlore.pipeline.live.whistle import Whistle
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.store import Store
 
 STATIC, REMOTE = TeamSettings(kind="static"), TeamSettings(kind="remote")
 PEER = ROOT / ".venv-counterparts" / "bin" / "python"
@@ -315,7 +321,7 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         if calls > 20:
             raise RuntimeError("broken")
 
-    monkeypatch.setattr("pipeline.live.driver.see", fails)
+    monkeypatch.setattr("pitchlore.pipeline.live.driver.see", fails)
     where: dict[str, int] = {}
     simulator = Simulator(where)
     streams = addressed(streams_of("vsss", "blue"), None, (

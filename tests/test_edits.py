@@ -13,15 +13,15 @@ import pytest
 from conftest import ROOT, clip
 from support import trees
 
-from pipeline.engine import games as loop
-from pipeline.engine.chain import Chain
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import nothing_new, scope_of
-from pipeline.engine.versions import emit
-from pipeline.settings import BehaviourSettings, GramSettings, Settings
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season, parse
+from pitchlore.pipeline.engine import games as loop
+from pitchlore.pipeline.engine.chain import Chain
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import nothing_new, scope_of
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 pytestmark = pytest.mark.slow
 
@@ -34,12 +34,12 @@ RUN = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from pipeline.engine.matches import import_recording, inbox
-from pipeline.engine.versions import emit
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import nothing_new, scope_of
-from pipeline.settings import BehaviourSettings, GramSettings, Settings
-from pipeline.store import Store
+from pitchlore.pipeline.engine.matches import import_recording, inbox
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import nothing_new, scope_of
+from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
+from pitchlore.pipeline.store import Store
 store = Store(Path(sys.argv[2]))
 settings = Settings(grams=GramSettings(outcome="paper"), behaviours=BehaviourSettings(select_by="value", shrink=False))
 if nothing_new(store, settings) is not None:
@@ -109,7 +109,7 @@ def sums(store: Store) -> dict[str, dict[str, str]]:
 def test_a_comment_changes_nothing(brought, tmp_path):
     """Data made by the code before a comment and after it are the same, and a run finds nothing to do."""
     tree = tmp_path / "tree"
-    environment = trees.copied(tree, "pipeline", "flows", "schemas")
+    environment = trees.copied(tree, "pitchlore", "pipeline", "flows", "schemas")
     for edited in ("pipeline/views/replay/__init__.py", "pipeline/situations/recognise.py", "pipeline/engine/stage.py"):
         with (tree / edited).open("a") as module:
             module.write("\n# a remark\n")
@@ -132,7 +132,7 @@ def test_season_after_edit(tmp_path, monkeypatch):
     own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
     loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
     for module in ("outputs", "versions"):
-        monkeypatch.setattr(f"pipeline.store.{module}.software", lambda: "pitchlore 9.9+00000000")
+        monkeypatch.setattr(f"pitchlore.pipeline.store.{module}.software", lambda: "pitchlore 9.9+00000000")
     assert loop.done(Store(tmp_path), own).details["games"] == 1
     loop.learn(tmp_path, own, 2, loop.play(tmp_path, own, 2), discard=False)
     assert loop.done(Store(tmp_path), own).details["games"] == 2

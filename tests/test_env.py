@@ -11,17 +11,17 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from support.played import policy
 
-from pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
-from pipeline.arena.match.controllers import Controller, LearnedTeam, PolicyTables, controller_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
-from pipeline.arena.physics.camera import CameraSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.constant import constant
-from pipeline.base.errors import BadSettings
-from pipeline.state.sight import see_from
-from schemas import ROLES, Appraisals
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
+from pitchlore.pipeline.arena.match.controllers import Controller, LearnedTeam, PolicyTables, controller_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.constant import constant
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.state.sight import see_from
+from pitchlore.schemas import ROLES, Appraisals
+from pitchlore.schemas.sights import SIGHT
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # PettingZoo's tests import its old games

@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 from scipy import stats
 from support.deeds import die_of_a_pair
 
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import TeamSettings, slug
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.base.errors import BadSettings, NotFound, WorkerLost
-from pipeline.engine import evaluations as flow
-from pipeline.engine.placement.processes import Processes
-from pipeline.engine.teams import entrant
-from pipeline.numbers.statistics import wilson
-from pipeline.store import Store
-from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
-from schemas import Evaluations, Policies
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import TeamSettings, slug
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.errors import BadSettings, NotFound, WorkerLost
+from pitchlore.pipeline.engine import evaluations as flow
+from pitchlore.pipeline.engine.placement.processes import Processes
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
+from pitchlore.schemas import Evaluations, Policies
 
 pytestmark = pytest.mark.slow
 

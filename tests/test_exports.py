@@ -16,19 +16,19 @@ from mcap.reader import make_reader
 from support.football import NEEDS_KLOPPY
 from support.tracking import read
 
-from pipeline.base.errors import BadRecording
-from pipeline.events.derive import events
-from pipeline.events.restarts import kind_of
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import Heights, MatchLog
-from pipeline.settings import EventSettings, SituationSettings, TrajectorySettings
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from pipeline.views.exports import foxglove, second_spectrum, tables
-from pipeline.views.exports.content import Content
-from pipeline.views.exports.formats import FORMATS
-from schemas import Possession, Referee
-from schemas.restarts import RESTARTS
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.events.derive import events
+from pitchlore.pipeline.events.restarts import kind_of
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import Heights, MatchLog
+from pitchlore.pipeline.settings import EventSettings, SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
+from pitchlore.pipeline.views.exports.content import Content
+from pitchlore.pipeline.views.exports.formats import FORMATS
+from pitchlore.schemas import Possession, Referee
+from pitchlore.schemas.restarts import RESTARTS
 
 #: The part of the sample that is exported, s.
 SECONDS = 40.0
@@ -149,7 +149,7 @@ def test_kloppy_and_back(tmp_path: Path) -> None:
     """A match that went to kloppy and back is the same: places, numbers, sides."""
     from kloppy import secondspectrum
 
-    from pipeline.importers.football.dataset import match_of
+    from pitchlore.pipeline.importers.football.dataset import match_of
 
     match, (meta, raw) = content().log, _written(tmp_path)
     again = match_of(secondspectrum.load(meta.read_bytes(), raw.read_bytes()))
@@ -305,7 +305,7 @@ def test_formats_are_those_of_the_command() -> None:
     """The command's words are the table's."""
     from typing import get_args
 
-    from flows.commands.export import Word
+    from pitchlore.flows.commands.export import Word
 
     assert sorted(get_args(Word)) == sorted(FORMATS)
 

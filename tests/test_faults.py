@@ -26,18 +26,17 @@ from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
-import pipeline.engine.catalog
-import pipeline.engine.matches
-from flows import serving
-from flows.cli import main
-from flows.server import DATABASE, Keeper, ServerFailed, trouble
-from pipeline.base.errors import StillWritten, StorageFailed
-from pipeline.engine.catalog import refresh, refresh_into
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.progress import StageReport
-from pipeline.importers.source import SourceFile
-from pipeline.settings import KnowledgeSettings, Settings
-from pipeline.store import Store, locks
+from pitchlore.flows import serving
+from pitchlore.flows.cli import main
+from pitchlore.flows.server import DATABASE, Keeper, ServerFailed, trouble
+from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
+from pitchlore.pipeline.engine import catalog, matches
+from pitchlore.pipeline.engine.catalog import refresh, refresh_into
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.settings import KnowledgeSettings, Settings
+from pitchlore.pipeline.store import Store, locks
 
 #: A command has to have ended by then, seconds; here it shares the machine with other tests.
 SOON_S = 60.0
@@ -85,7 +84,7 @@ def test_leaves_at_once(tmp_path):
     """A command does not unwind threads that run on: those in compiled code would abort it."""
     script = """
 import atexit, sys, threading, time
-import flows.cli
+import pitchlore.flows.cli
 def said(*_):
     threading.Thread(target=time.sleep, args=(600,), daemon=True).start()
     atexit.register(print, "cleared up")
@@ -93,8 +92,8 @@ def said(*_):
         def __del__(self, write=sys.stdout.write): write("unwound")
     sys.kept = Last()
     sys.exit(0)
-flows.cli.main = said
-flows.cli.script()
+pitchlore.flows.cli.main = said
+pitchlore.flows.cli.script()
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=SOON_S, check=True)
     assert done.stdout == "cleared up\n"
@@ -108,9 +107,9 @@ def test_closed_streams(tmp_path, closed):
         for number in closed:
             os.close(number)
 
-    here = ("import os; from flows.cli import main\n"
-            "import flows.cli\n"
-            "flows.cli._call = lambda *_, **__: open(os.environ['TOLD'], 'w').write(' '.join(\n"
+    here = ("import os; from pitchlore.flows.cli import main\n"
+            "import pitchlore.flows.cli\n"
+            "pitchlore.flows.cli._call = lambda *_, **__: open(os.environ['TOLD'], 'w').write(' '.join(\n"
             "    str(os.fstat(n).st_rdev == os.stat('/dev/null').st_rdev) for n in range(3)))\n"
             "main([])")
     told = tmp_path / "told"
@@ -124,7 +123,7 @@ def test_closed_streams(tmp_path, closed):
 @pytest.mark.usefixtures("prefect_server")
 def test_working_directory(tmp_path, derby, monkeypatch):
     """Modules of the folder in which a command is called are not loaded; of one that ends well no process is left."""
-    for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline"):
+    for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline", "pitchlore"):
         (tmp_path / f"{name}.py").write_text(f"import pathlib; pathlib.Path('{name}-was-here').touch()")
     (tmp_path / "flows").mkdir()
     (tmp_path / "flows" / "__init__.py").touch()
@@ -169,7 +168,7 @@ def test_catalogue_without_room(tmp_path):
     script = """
 import resource, signal, sys
 from pathlib import Path
-from pipeline.store import catalog
+from pitchlore.pipeline.store import catalog
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 for kib in range(64, 1_000, 96):
     resource.setrlimit(resource.RLIMIT_FSIZE, (kib << 10, resource.RLIM_INFINITY))
@@ -192,7 +191,7 @@ def test_catalogue_masks_nothing(tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise StorageFailed("cannot be written", where="catalog.duckdb", next_step="Free space")
 
-    monkeypatch.setattr("pipeline.engine.catalog.refresh", full)
+    monkeypatch.setattr("pitchlore.pipeline.engine.catalog.refresh", full)
     refresh_into(store, report)
     assert report.failed == {"derby.csv": "is empty.", "catalog.duckdb": "catalog.duckdb: cannot be written. Free space."}
 
@@ -277,15 +276,15 @@ def test_home_that_cannot_be_used(monkeypatch):
 #: A command whose flow waits, after something was done to its server, when it would import a recording.
 MEANWHILE = """
 import os, signal, sys, time
-import flows.imports, flows.server, flows.serving
-flows.serving.REQUEST_S, flows.serving.AGAIN = 1.0, 1
+import pitchlore.flows.imports, pitchlore.flows.server, pitchlore.flows.serving
+pitchlore.flows.serving.REQUEST_S, pitchlore.flows.serving.AGAIN = 1.0, 1
 def wait(*_):
     {does}
-    flows.serving.WATCH_S, flows.serving.REPLY_S, flows.server.STOP_S = 0.5, 1.0, 0.5
-    print(flows.serving._own().pid, flush=True)
+    pitchlore.flows.serving.WATCH_S, pitchlore.flows.serving.REPLY_S, pitchlore.flows.server.STOP_S = 0.5, 1.0, 0.5
+    print(pitchlore.flows.serving._own().pid, flush=True)
     time.sleep({seconds})
     {then}
-flows.imports.import_recording = wait
+pitchlore.flows.imports.import_recording = wait
 """
 
 
@@ -313,7 +312,7 @@ def meanwhile(
     ("SIGKILL", "has ended", 15), ("SIGSTOP", "does not answer", 15 + serving.REPLY_S)])
 def test_server_that_fails_meanwhile(derby, number, why, within_s):
     """If its server ends or hangs while flows run, the command ends within seconds, and the server with it."""
-    does = f"os.kill(flows.serving._own().pid, signal.{number})"
+    does = f"os.kill(pitchlore.flows.serving._own().pid, signal.{number})"
     said, server = meanwhile(derby, does, 600, within_s=within_s)
     assert said.endswith(f"{why}. What was finished is kept; run the command again to go on.")
     assert eventually(lambda: not alive(server), 5)
@@ -323,7 +322,7 @@ def test_server_that_fails_meanwhile(derby, number, why, within_s):
 @pytest.mark.usefixtures("prefect_server")
 def test_database_locked_meanwhile(tmp_path, derby):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
-    lock = "import sqlite3; flows.lock = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); flows.lock.execute('begin immediate')"
+    lock = "import sqlite3; pitchlore.lock = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); pitchlore.lock.execute('begin immediate')"
     said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + serving.REPLY_S,
                         PREFECT_HOME=str(migrated(tmp_path / "home")))
     assert "the Prefect server failed (ReadTimeout: timed out" in said
@@ -347,7 +346,7 @@ def test_version_that_cannot_be_made(finished, tmp_path, monkeypatch):
 def test_waiting_is_said(tmp_path, monkeypatch, caplog):
     """Who waits long for another command's lock says so, and goes on when it is free."""
     monkeypatch.setattr(locks, "PATIENCE_S", 0.05)
-    monkeypatch.setattr(logging.getLogger("pipeline"), "propagate", True)
+    monkeypatch.setattr(logging.getLogger("pitchlore"), "propagate", True)
     store, done = Store(tmp_path), []
     waiting = Thread(target=lambda: done.append(put_goal(store, "m-1", 1)))
     with store.removing():
@@ -380,7 +379,7 @@ def test_devices_are_not_replaced(finished, tmp_path):
 @pytest.mark.parametrize("whole", [True, False])
 def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     """A recording that is still being copied is neither kept nor refused; when it is complete, it is imported."""
-    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), pipeline.engine.matches.open_parts
+    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), matches.open_parts
 
     def meanwhile(*arguments: object) -> SourceFile:
         found = open_(*arguments)
@@ -388,7 +387,7 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
         return found
 
     derby.write_bytes(complete[:len(complete) // 2] if whole else b"frame,t,team,player,x,y\n0,0,ba")
-    monkeypatch.setattr(pipeline.engine.matches, "open_parts", meanwhile)
+    monkeypatch.setattr(matches, "open_parts", meanwhile)
     with pytest.raises(StillWritten, match="the next run takes it"):
         import_recording(store, Recording(file=derby))
     monkeypatch.undo()
@@ -407,7 +406,7 @@ def test_nothing_is_masked(finished, tmp_path, capsys, monkeypatch, words):
     def full(*_: object) -> None:
         raise StorageFailed("cannot be written (No space left on device)", where="catalog.duckdb")
 
-    monkeypatch.setattr(pipeline.engine.catalog.catalog, "build", full)
+    monkeypatch.setattr(catalog.catalog, "build", full)
     (data / "catalog.duckdb").unlink()
     with pytest.raises(SystemExit) as stopped:
         main([*words, "--data", str(data)])

@@ -16,18 +16,24 @@ import pytest
 from conftest import ROOT, clip, fill, run
 from prefect import Flow, Task
 
-from flows.imports import matches_flow
-from flows.tasks import flow_of, make_version
-from pipeline import matches as log_format
-from pipeline.base.errors import BadRecording, StorageFailed
-from pipeline.engine.catalog import catalog_path
-from pipeline.engine.matches import Recording, import_recording, inbox
-from pipeline.engine.stages import STAGES
-from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.store.verification import verify
-from schemas import Policies
+from pitchlore.flows.imports import matches_flow
+from pitchlore.flows.tasks import flow_of, make_version
+from pitchlore.pipeline import matches as log_format
+from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
+from pitchlore.pipeline.engine.catalog import catalog_path
+from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import (
+    BehaviourSettings,
+    GramSettings,
+    PolicySettings,
+    Settings,
+    TrajectorySettings,
+)
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.verification import verify
+from pitchlore.schemas import Policies
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
 
@@ -153,7 +159,7 @@ def test_disk_error(tmp_path, clips, monkeypatch):
 def test_kill_and_run_again(tmp_path, clips, finished, prefect_server):
     """A run after one that was killed in the middle gives the same bytes."""
     fill(tmp_path, clips)
-    script = f"from pathlib import Path; from flows.run import run_flow; run_flow(Path({str(tmp_path)!r}))"
+    script = f"from pathlib import Path; from pitchlore.flows.run import run_flow; run_flow(Path({str(tmp_path)!r}))"
     environment = {**os.environ, "PREFECT_API_URL": prefect_server}
     process = subprocess.Popen([sys.executable, "-c", script], env=environment,
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -174,9 +180,9 @@ def test_two_at_once(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     script = (
-        "import sys; from pathlib import Path; from pipeline.engine.versions import emit; from pipeline.engine.stages import STAGES\n"
-        "from pipeline.engine.update import scope_of\n"
-        "from pipeline.settings import KnowledgeSettings, Settings; from pipeline.store import Store\n"
+        "import sys; from pathlib import Path; from pitchlore.pipeline.engine.versions import emit; from pitchlore.pipeline.engine.stages import STAGES\n"
+        "from pitchlore.pipeline.engine.update import scope_of\n"
+        "from pitchlore.pipeline.settings import KnowledgeSettings, Settings; from pitchlore.pipeline.store import Store\n"
         "store = Store(Path(sys.argv[1])); scope = scope_of(store)\n"
         "print(emit(store, STAGES['knowledge'], KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"
     )
@@ -306,10 +312,10 @@ def test_flow_from_file(monkeypatch):
 
 def test_no_pickles():
     """Prefect keeps results as JSON and never as pickles."""
-    from flows.jobs import do_part
-    from flows.paradigms import paradigms_flow
-    from flows.run import run_flow
-    from flows.season import play_game, season_flow
+    from pitchlore.flows.jobs import do_part
+    from pitchlore.flows.paradigms import paradigms_flow
+    from pitchlore.flows.run import run_flow
+    from pitchlore.flows.season import play_game, season_flow
 
     of_nouns = [flow_of(noun) for noun, stage in STAGES.items() if stage.compute is not None]
     found = [*of_nouns, matches_flow, run_flow, season_flow, paradigms_flow]

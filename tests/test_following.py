@@ -17,17 +17,17 @@ from support.recordings import imported as read_recording
 from support.ssl_messages import Message, Seen, Tracked
 from test_packets import REFEREE, T0, VISION, imported, of_log, recorded, vsss_packets
 
-from pipeline.drawing.painting import Robot
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName
-from pipeline.importers.ssl_logs.container import Container
-from pipeline.live.following import Follower, Glimpse
-from pipeline.live.frames import framing, pitch_of
-from pipeline.matches.frame import Frames
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from schemas import Situations
+from pitchlore.pipeline.drawing.painting import Robot
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName
+from pitchlore.pipeline.importers.ssl_logs.container import Container
+from pitchlore.pipeline.live.following import Follower, Glimpse
+from pitchlore.pipeline.live.frames import framing, pitch_of
+from pitchlore.pipeline.matches.frame import Frames
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import Situations
 
 PICTURE_NS = 25_000_000
 

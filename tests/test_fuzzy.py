@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.base.errors import BadSettings
-from pipeline.game.pitch import SCALES, Kind
-from pipeline.situations import fuzzy, signals
-from pipeline.situations.conditions import compile_conditions, execute
-from pipeline.situations.fuzzy import Trapezoid, Variable
-from pipeline.situations.matching import ROUNDING
-from pipeline.situations.rulebook import variable_of
-from pipeline.situations.rules import MACROS, RULES
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.pitch import SCALES, Kind
+from pitchlore.pipeline.situations import fuzzy, signals
+from pitchlore.pipeline.situations.conditions import compile_conditions, execute
+from pitchlore.pipeline.situations.fuzzy import Trapezoid, Variable
+from pitchlore.pipeline.situations.matching import ROUNDING
+from pitchlore.pipeline.situations.rulebook import variable_of
+from pitchlore.pipeline.situations.rules import MACROS, RULES
 
 ALL_TERMS = [
     pytest.param(term, domain, id=f"{kind} {variable} {name}")

@@ -22,10 +22,10 @@ from support.planning import (
     value_iteration,
 )
 
-from pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
-from pipeline.studies.paradigms.games.game import Game
-from pipeline.studies.paradigms.games.grid import grid_world
-from pipeline.studies.paradigms.games.matrix import (
+from pitchlore.pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
+from pitchlore.pipeline.studies.paradigms.games.game import Game
+from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
+from pitchlore.pipeline.studies.paradigms.games.matrix import (
     climbing,
     fully_stochastic_climbing,
     matrix_game,

@@ -7,12 +7,12 @@ from conftest import SAMPLE
 from support.logs import make_log, ns
 from support.recordings import read
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.goals import attribute
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.settings import GoalSettings, TrajectorySettings
-from pipeline.trajectories.derive import trajectories
-from schemas import Goals, Situations
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.goals import attribute
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.settings import GoalSettings, TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]
 

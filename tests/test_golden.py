@@ -8,7 +8,7 @@ import difflib
 import pytest
 from golden.cases import CASES, HERE, Golden, complaint
 
-from pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.stages import STAGES
 
 #: Goldens of what takes seconds to play.
 PLAYED = ("paradigms/", "seasons/", "evaluations/", "report/", "executors/")

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import SIDES, changed, consecutive, goals, patterns, sequences_of, situations
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.behaviours.grams import cover, grams, merge, spelt
-from pipeline.numbers.sums import exact
-from pipeline.sequences.derive import value
-from pipeline.sequences.windows import (
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
+from pitchlore.pipeline.numbers.sums import exact
+from pitchlore.pipeline.sequences.derive import value
+from pitchlore.pipeline.sequences.windows import (
     codes_of,
     followed,
     keys_of,
@@ -22,8 +22,8 @@ from pipeline.sequences.windows import (
     side_of,
     windows,
 )
-from pipeline.settings import GramSettings
-from schemas import Sequences
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.schemas import Sequences
 
 HALF = GramSettings(alpha=0.5, tick_s=1.0, outcome="paper")
 
@@ -247,7 +247,7 @@ class TestMerge:
         """A merge gives the same however little it holds back."""
         tables = [table_of(([1, 11, 21], [1], [(3, "home")]), 1) for _ in range(9)]
         whole = merge(tables)
-        monkeypatch.setattr("pipeline.numbers.sums._BUFFERED_ROWS", 2)
+        monkeypatch.setattr("pitchlore.pipeline.numbers.sums._BUFFERED_ROWS", 2)
         assert_frame_equal(merge(iter(tables)), whole, check_exact=True)
 
 

@@ -12,18 +12,18 @@ import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
 
-from pipeline import matches as log_format
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.decisions import digests
-from pipeline.engine.catalog import catalog_path, refresh
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stage import Scope
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.engine.versions import emit as emit_version
-from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
-from pipeline.sequences.windows import windows
-from pipeline.settings import (
+from pitchlore.pipeline import matches as log_format
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.decisions import digests
+from pitchlore.pipeline.engine.catalog import catalog_path, refresh
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.engine.versions import emit as emit_version
+from pitchlore.pipeline.knowledge import merge_behaviours, merge_occasions, occasions
+from pitchlore.pipeline.sequences.windows import windows
+from pitchlore.pipeline.settings import (
     BehaviourSettings,
     GramSettings,
     KnowledgeSettings,
@@ -31,11 +31,11 @@ from pipeline.settings import (
     Settings,
     SideSettings,
 )
-from pipeline.sides.teams import Team
-from pipeline.state.table import LEVELS
-from pipeline.store import Store
-from pipeline.store.query import ask
-from schemas import (
+from pitchlore.pipeline.sides.teams import Team
+from pitchlore.pipeline.state.table import LEVELS
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.schemas import (
     Behaviours,
     Decisions,
     Goals,

@@ -12,17 +12,17 @@ from conftest import clip, fill, run
 from prefect import flow, runtime
 from support.prefect_client import flow_run, post
 
-from flows import pruning, tasks
-from flows.jobs import run_pieces
-from flows.pruning import prune
-from flows.tasks import our_flow
-from pipeline.base.errors import BadSettings, NotFound, StorageFailed
-from pipeline.engine.costs import Cost
-from pipeline.engine.history import LOG, Entry, Note, log, noted
-from pipeline.engine.progress import RunReport, StageReport
-from pipeline.engine.stages import STAGES
-from pipeline.settings import HistorySettings
-from pipeline.store import Store
+from pitchlore.flows import pruning, tasks
+from pitchlore.flows.jobs import run_pieces
+from pitchlore.flows.pruning import prune
+from pitchlore.flows.tasks import our_flow
+from pitchlore.pipeline.base.errors import BadSettings, NotFound, StorageFailed
+from pitchlore.pipeline.engine.costs import Cost
+from pitchlore.pipeline.engine.history import LOG, Entry, Note, log, noted
+from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import HistorySettings
+from pitchlore.pipeline.store import Store
 
 FEW = HistorySettings(runs=3)
 
@@ -152,7 +152,7 @@ def test_broken_off(tmp_path, clips, monkeypatch):
         raise BadSettings("has two captains", where="team.toml")
 
     fill(tmp_path, clips)
-    monkeypatch.setattr("flows.run.look_for_damage", refuse)
+    monkeypatch.setattr("pitchlore.flows.run.look_for_damage", refuse)
     with pytest.raises(BadSettings):
         run(tmp_path)
     (entry,) = log(Store(tmp_path)).entries
@@ -162,7 +162,7 @@ def test_broken_off(tmp_path, clips, monkeypatch):
 @pytest.fixture
 def ours(prefect_server, monkeypatch):
     """A flow of ours with one task, whose runs no other test has; it returns the id of its run."""
-    monkeypatch.setattr("flows.tasks.OURS", f"pitchlore-{os.urandom(4).hex()}")
+    monkeypatch.setattr("pitchlore.flows.tasks.OURS", f"pitchlore-{os.urandom(4).hex()}")
     monkeypatch.setattr(pruning, "OURS", tasks.OURS)
 
     @our_flow(name="ours")

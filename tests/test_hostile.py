@@ -23,27 +23,27 @@ from support.bounds import Reader
 from support.processes import pitchlore
 from support.recordings import same
 
-from flows.commands.commentary import told_of
-from flows.commands.printing import print_frame
-from flows.commands.replay import write_page
-from flows.imports import import_all
-from pipeline.base.errors import BadRecording, BadSettings, NotFound, PitchloreError
-from pipeline.base.text import printable
-from pipeline.engine.catalog import refresh
-from pipeline.engine.isolated import _answer, read_isolated
-from pipeline.engine.matches import Recording, import_recording, inbox, strangers
-from pipeline.engine.progress import StageReport
-from pipeline.engine.stage import Scope
-from pipeline.engine.stages import STAGES
-from pipeline.game.pitch import Pitch
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.settings import ImportSettings, Settings
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.views.commentary.summary import heading, numbers
-from pipeline.views.replay.animation import animation
-from schemas import Matches, Referee, Situations, Trajectories
+from pitchlore.flows.commands.commentary import told_of
+from pitchlore.flows.commands.printing import print_frame
+from pitchlore.flows.commands.replay import write_page
+from pitchlore.flows.imports import import_all
+from pitchlore.pipeline.base.errors import BadRecording, BadSettings, NotFound, PitchloreError
+from pitchlore.pipeline.base.text import printable
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.isolated import _answer, read_isolated
+from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox, strangers
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.settings import ImportSettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.views.commentary.summary import heading, numbers
+from pitchlore.pipeline.views.replay.animation import animation
+from pitchlore.schemas import Matches, Referee, Situations, Trajectories
 
 #: Names of files that have harmed programs: terminals, shells, logs.
 NAMES = [b"newline\nin it.csv", b"\x1b]0;owned\x07\x1b[31mred.csv", b"not utf-8 \xff\xfe.csv", b"-rf.csv", b"$(reboot).csv",

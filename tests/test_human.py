@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from pipeline.arena.match.controllers import ScriptedController, controller_of
-from pipeline.arena.match.human import DriveCommand, HumanController
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.game.bodies import BALL, THETA, X, Y, see
+from pitchlore.pipeline.arena.match.controllers import ScriptedController, controller_of
+from pitchlore.pipeline.arena.match.human import DriveCommand, HumanController
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.game.bodies import BALL, THETA, X, Y, see
 
 RECIPE = Recipe(home=TeamSettings(kind="human"), away=TeamSettings(kind="static"), seed=3,
                 referee=RefereeSettings(duration_s=20))

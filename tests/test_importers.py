@@ -23,15 +23,15 @@ from recordings.make import FILES
 from support import recordings
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording, same
 
-from pipeline import matches
-from pipeline.base.errors import BadRecording
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.importers import packing, readers, source
-from pipeline.importers.football.providers import PROVIDERS
-from pipeline.importers.readers import READERS, open_source, read
-from pipeline.store import Store
-from pipeline.store.foreign import ForeignFile
-from schemas import Quality, Referee
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.importers import packing, readers, source
+from pitchlore.pipeline.importers.football.providers import PROVIDERS
+from pitchlore.pipeline.importers.readers import READERS, open_source, read
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.foreign import ForeignFile
+from pitchlore.schemas import Quality, Referee
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -10,9 +10,9 @@ import pytest
 from support.recordings import RSIM, recording
 from support.tracking import flaws, parquet, read
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.tracking.angles import angle_unit
-from pipeline.importers.tracking.mapping import TrackingMap, load_map
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.tracking.angles import angle_unit
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 
 DEGREES = load_map('[units]\nangle = "deg"\n')
 

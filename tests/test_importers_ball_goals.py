@@ -11,9 +11,9 @@ from conftest import ROOT
 from support.recordings import ALL, RSIM, SSL, imported, recording
 from support.tracking import course, events, parquet, read
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.tracking.ball_goals import CONFIDENCE, OURS, Ball, BallGoal, ball_goals
-from pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.tracking.ball_goals import CONFIDENCE, OURS, Ball, BallGoal, ball_goals
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 
 VSSS = PITCHES[Kind.VSSS]
 STUDY = ROOT / "data" / "studies" / "ball-goals"

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 from support.recordings import RSIM, imported, recording
 from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
 
-from pipeline.base.errors import BadRecording, BadSettings
-from pipeline.behaviours.grams import grams, spelt
-from pipeline.decisions import observe
-from pipeline.goals import attribute
-from pipeline.importers.tracking.mapping import load_map
-from pipeline.sequences.derive import sequences, value
-from pipeline.settings import (
+from pitchlore.pipeline.base.errors import BadRecording, BadSettings
+from pitchlore.pipeline.behaviours.grams import grams, spelt
+from pitchlore.pipeline.decisions import observe
+from pitchlore.pipeline.goals import attribute
+from pitchlore.pipeline.importers.tracking.mapping import load_map
+from pitchlore.pipeline.sequences.derive import sequences, value
+from pitchlore.pipeline.settings import (
     GoalSettings,
     GramSettings,
     ModelSettings,
@@ -30,12 +30,12 @@ from pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from pipeline.values.fitting import fit
-from pipeline.values.moments import moments
-from pipeline.values.worths import values, worths
-from schemas import Decisions, Goals, Moments, Sequences, Values, Worths
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.values.fitting import fit
+from pitchlore.pipeline.values.moments import moments
+from pitchlore.pipeline.values.worths import values, worths
+from pitchlore.schemas import Decisions, Goals, Moments, Sequences, Values, Worths
 
 
 def test_not_numbers() -> None:

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.recordings import RSIM, imported, read, recording
 
-from pipeline.importers import directions
-from pipeline.importers.rows import pack
-from pipeline.matches.frame import Frames
+from pitchlore.pipeline.importers import directions
+from pitchlore.pipeline.importers.rows import pack
+from pitchlore.pipeline.matches.frame import Frames
 
 STEP = 100_000_000
 

@@ -13,17 +13,17 @@ import pytest
 from support import recordings
 from support.football import FILES, MATCH, NEEDS_KLOPPY, RECORDINGS, shipped, source_of, whole_match
 
-from pipeline import matches
-from pipeline.base.errors import BadRecording, NotFound
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.game.pitch import Kind
-from pipeline.importers.football.dataset import match_of
-from pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
-from pipeline.importers.football.squad import UNNUMBERED, Stay, numbers
-from pipeline.importers.readers import open_source, read
-from pipeline.matches.frame import Heights
-from pipeline.store import Store
-from schemas import Matches, Quality, Referee
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.base.errors import BadRecording, NotFound
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.importers.football.dataset import match_of
+from pitchlore.pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
+from pitchlore.pipeline.importers.football.squad import UNNUMBERED, Stay, numbers
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.matches.frame import Heights
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Matches, Quality, Referee
 
 S = 1_000_000_000
 
@@ -136,9 +136,9 @@ def test_dead_ball_stops_play() -> None:
 @NEEDS_KLOPPY
 def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
     """A ball above everybody's reach is nobody's: touches, possession and situations know its height."""
-    from pipeline.events.derive import events
-    from pipeline.settings import EventSettings, TrajectorySettings
-    from pipeline.trajectories.derive import trajectories
+    from pitchlore.pipeline.events.derive import events
+    from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
+    from pitchlore.pipeline.trajectories.derive import trajectories
 
     match = shipped("pff")
     bodies, _ = trajectories(match, TrajectorySettings())

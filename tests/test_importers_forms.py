@@ -11,14 +11,14 @@ import pytest
 from support.recordings import read as opened
 from support.tracking import flaws, parquet, read, robots
 
-from pipeline.base.errors import BadRecording, BadSettings
-from pipeline.importers import readers
-from pipeline.importers.tracking import csv_file
-from pipeline.importers.tracking.mapping import load_map
-from pipeline.importers.tracking.texts import fields
-from pipeline.importers.tracking.words import WORDS, WORDS_OF, meant
-from pipeline.matches.frame import MatchLog
-from pipeline.settings import ImportSettings
+from pitchlore.pipeline.base.errors import BadRecording, BadSettings
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.tracking import csv_file
+from pitchlore.pipeline.importers.tracking.mapping import load_map
+from pitchlore.pipeline.importers.tracking.texts import fields
+from pitchlore.pipeline.importers.tracking.words import WORDS, WORDS_OF, meant
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.settings import ImportSettings
 
 #: One match in the plain form; a name with an accent, whose bytes tell encodings apart.
 LONG = """frame,t,team,player,x,y,heading

@@ -19,12 +19,12 @@ import pytest
 from recordings.make import FILES, sketch
 from support.recordings import same
 
-from pipeline.base.errors import PitchloreError
-from pipeline.importers.readers import READERS, Reader, open_source
-from pipeline.importers.readers import read as read_source
-from pipeline.importers.tracking.mapping import TrackingMap, load_map
-from pipeline.matches.frame import MatchLog, home_attacks
-from schemas import Commands, Decisions, Quality, Referee
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.importers.readers import READERS, Reader, open_source
+from pitchlore.pipeline.importers.readers import read as read_source
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
+from pitchlore.pipeline.matches.frame import MatchLog, home_attacks
+from pitchlore.schemas import Commands, Decisions, Quality, Referee
 
 FOLDER = Path(__file__).parent / "recordings"
 #: In float32, of numbers that a text log has with four decimals.

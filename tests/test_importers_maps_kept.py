@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.engine.matches import Recording, all_here, import_recording
-from pipeline.store import Store
+from pitchlore.pipeline.engine.matches import Recording, all_here, import_recording
+from pitchlore.pipeline.store import Store
 
 CSV = "Nr;ms;who;no;px;py\n" + "".join(
     f"{i};{20 * i};{team};{no};{x};1\n" for i in range(3)

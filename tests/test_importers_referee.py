@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 from support.tracking import course, events, flaws, read
 
-from pipeline.importers.tracking.mapping import load_map
+from pitchlore.pipeline.importers.tracking.mapping import load_map
 
 
 def test_events_of_states() -> None:

@@ -19,15 +19,15 @@ from support.ssl_games import EPOCH, STEP, Referee, flaws, frames, match, ns, or
 from support.ssl_long import HZ, long_log
 from support.ssl_messages import Message, Seen, Team, log
 
-from pipeline.base.errors import BadRecording, StorageFailed
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.importers import packing
-from pipeline.importers.readers import READERS, open_source, read
-from pipeline.importers.ssl_logs.survey import survey
-from pipeline.matches.frame import ROBOT_DTYPE, MatchLog
-from pipeline.settings import ImportSettings
-from pipeline.store import Store
-from pipeline.store.files import Files
+from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.importers import packing
+from pitchlore.pipeline.importers.readers import READERS, open_source, read
+from pitchlore.pipeline.importers.ssl_logs.survey import survey
+from pitchlore.pipeline.matches.frame import ROBOT_DTYPE, MatchLog
+from pitchlore.pipeline.settings import ImportSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.files import Files
 
 HEAD = 16
 WHOLE = frames(60)
@@ -270,8 +270,8 @@ def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     That is less than three robots take, of 22. ``tracemalloc`` counts what Python and numpy allocate, and no maps
     of files. The look for situations is at two minutes at most, whatever the length, and is left out.
     """
-    monkeypatch.setattr("pipeline.engine.matches.with_recognition", lambda match: match)
-    monkeypatch.setattr("pipeline.engine.matches.warm", lambda: None)
+    monkeypatch.setattr("pitchlore.pipeline.engine.matches.with_recognition", lambda match: match)
+    monkeypatch.setattr("pitchlore.pipeline.engine.matches.warm", lambda: None)
     peaks, frames = [], []
     for seconds in (45, 180):
         file = tmp_path / f"{seconds}.log"
@@ -298,7 +298,7 @@ def test_a_full_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     file.write_bytes(log(WHOLE))
     store = Store(tmp_path / "data")
     with monkeypatch.context() as full:
-        full.setattr("pipeline.store.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
+        full.setattr("pitchlore.pipeline.store.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
         with pytest.raises(StorageFailed) as told:
             import_recording(store, Recording(file=file))
     assert str(told.value) == (

@@ -11,11 +11,11 @@ from recordings.make import FILES
 from support import ssl_messages as ssl
 from support.ssl_games import Referee, frames, ordered
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.ssl_logs.wire import FIXED32, FIXED64, SPAN, VARINT, fields
-from schemas import Quality
-from schemas import Referee as RefereeTable
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.ssl_logs.wire import FIXED32, FIXED64, SPAN, VARINT, fields
+from pitchlore.schemas import Quality
+from pitchlore.schemas import Referee as RefereeTable
 
 GC = Referee()
 #: A log of vision and a referee, and one of a tracker.

@@ -18,8 +18,8 @@ from conftest import ROOT
 from support import ssl_messages as ssl
 from support.recordings import SSL, imported, recording
 
-from pipeline.importers.readers import open_source, read
-from pipeline.matches.frame import AWAY, HOME, MatchLog, wrap
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog, wrap
 
 PEER = ROOT / ".venv-counterparts" / "bin" / "python"
 #: Seconds by which camera 1 captures later than camera 0.

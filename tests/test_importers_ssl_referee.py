@@ -8,11 +8,11 @@ from support import ssl_messages as ssl
 from support.ssl_games import STEP, Referee, frames, match, ordered
 from support.ssl_messages import Team
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
-from pipeline.matches.frame import MatchLog
-from pipeline.settings import ImportSettings
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.settings import ImportSettings
 
 FRAMES = 100
 

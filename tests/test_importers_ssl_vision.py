@@ -11,11 +11,11 @@ from support import ssl_messages as ssl
 from support.ssl_games import EPOCH, GEOMETRY, STEP, flaws, frames, match, ns, ordered, seen
 from support.ssl_messages import TRACKER, VISION_2010, Message, Seen, Tracked
 
-from pipeline.base.errors import BadRecording, BadSettings
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.game.pitch import Kind
-from pipeline.matches.frame import MatchLog
-from pipeline.store import Store
+from pitchlore.pipeline.base.errors import BadRecording, BadSettings
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.store import Store
 
 YELLOW = '[teams]\nhome = "yellow"\n'
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from support.recordings import RSIM, recording
 from support.tracking import FRAME, HEADER, course, flaws, parquet, read, robots
 
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import Kind
-from pipeline.importers.tracking.mapping import TrackingMap, load_map
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 
 MAPS = Path(__file__).parents[1] / "data" / "samples" / "maps"
 

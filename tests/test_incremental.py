@@ -15,14 +15,14 @@ from polars.testing import assert_frame_equal
 from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 from support.scenes import SCENES, film, goes
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.dense import Densifier, dense_match
-from pipeline.situations.incremental import Recogniser
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from schemas import Situations
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.dense import Densifier, dense_match
+from pitchlore.pipeline.situations.incremental import Recogniser
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import Situations
 
 DEFAULT = SituationSettings()
 VSSS = PITCHES[Kind.VSSS]

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.policies.influence import Influence, opinion
-from pipeline.policies.sarsa import (
+from pitchlore.pipeline.policies.influence import Influence, opinion
+from pitchlore.pipeline.policies.sarsa import (
     CONTINUES,
     TERMINAL,
     TRACE_FLOOR,
@@ -16,7 +16,7 @@ from pipeline.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
-from pipeline.settings import PolicySettings
+from pitchlore.pipeline.settings import PolicySettings
 
 PAIRS = 5
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import clip
 from support.terminal import terminal
 
-from pipeline.store import Store
+from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow
 
@@ -21,9 +21,9 @@ SOON_S = 20.0
 #: What a command is made to wait in for longer than any test.
 MOMENTS = {
     "a task runs": """
-import time, flows.imports
+import time, pitchlore.flows.imports
 def forever(*_): print("moment", flush=True); time.sleep(600)
-flows.imports.import_recording = forever
+pitchlore.flows.imports.import_recording = forever
 """,
     "a file is written": """
 import os, time
@@ -34,12 +34,12 @@ def forever(source, target):
 os.replace = forever
 """,
     "it is loaded": """
-import time, flows.cli
+import time, pitchlore.flows.cli
 def forever(): print("moment", flush=True); time.sleep(600)
-flows.cli.command_line = forever
+pitchlore.flows.cli.command_line = forever
 """,
     "a compiled module is loaded": """
-import os, sys, tempfile, flows.cli
+import os, sys, tempfile, pitchlore.flows.cli
 def forever():
     folder = tempfile.mkdtemp()
     with open(f"{folder}/compiled.py", "w") as file:
@@ -47,32 +47,32 @@ def forever():
                    "try: time.sleep(600)\\nexcept KeyboardInterrupt: os.abort()\\n")
     sys.path.append(folder)
     import compiled
-flows.cli.command_line = forever
+pitchlore.flows.cli.command_line = forever
 """,
     "a library calls it an error": """
-import time, flows.cli
+import time, pitchlore.flows.cli
 def forever():
     print("moment", flush=True)
     try: time.sleep(600)
     except KeyboardInterrupt as error: raise ValueError("cannot serialize") from error
-flows.cli.command_line = forever
+pitchlore.flows.cli.command_line = forever
 """,
     "it has a child": """
-import multiprocessing, time, flows.cli
+import multiprocessing, time, pitchlore.flows.cli
 deaf = "import os, time; os.setsid(); print('moment', flush=True); time.sleep(600)"
 def forever():
     multiprocessing.get_context("spawn").Process(target=exec, args=(deaf,)).start()
     time.sleep(600)
-flows.cli.command_line = forever
+pitchlore.flows.cli.command_line = forever
 """,
     "the main thread is deaf": """
-import ctypes, pipeline.engine.catalog
+import ctypes, pitchlore.pipeline.engine.catalog
 def forever(*_):
     print("moment", flush=True)
     while True:
         try: ctypes.CDLL(None).sleep(600)
         except KeyboardInterrupt: pass
-pipeline.engine.catalog.catalog.listing = forever
+pitchlore.pipeline.engine.catalog.catalog.listing = forever
 """,
 }
 
@@ -141,7 +141,7 @@ def test_a_query_stops(finished):
     """Ctrl-C stops a query."""
     forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
     told = """
-from flows.commands import sql
+from pitchlore.flows.commands import sql
 ask = sql.ask
 def told(*arguments):
     print("moment", flush=True)

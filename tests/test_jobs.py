@@ -7,17 +7,17 @@ import threading
 import pytest
 from support.deeds import die_of_two
 
-from flows.jobs import run_pieces
-from flows.tasks import our_flow
-from pipeline.base.errors import NotFound, StorageFailed
-from pipeline.engine.costs import Spent
-from pipeline.engine.making import Outcome
-from pipeline.engine.placement import pieces as parts
-from pipeline.engine.placement.crew import Here, crew
-from pipeline.engine.placement.pieces import Failure, Part, TryAgain, parted
-from pipeline.engine.placement.places import placed
-from pipeline.engine.placement.processes import Processes
-from pipeline.engine.progress import StageReport
+from pitchlore.flows.jobs import run_pieces
+from pitchlore.flows.tasks import our_flow
+from pitchlore.pipeline.base.errors import NotFound, StorageFailed
+from pitchlore.pipeline.engine.costs import Spent
+from pitchlore.pipeline.engine.making import Outcome
+from pitchlore.pipeline.engine.placement import pieces as parts
+from pitchlore.pipeline.engine.placement.crew import Here, crew
+from pitchlore.pipeline.engine.placement.pieces import Failure, Part, TryAgain, parted
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.placement.processes import Processes
+from pitchlore.pipeline.engine.progress import StageReport
 
 
 def done(function, pieces, on="threads:1", **options) -> StageReport:

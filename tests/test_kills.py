@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from pipeline.engine.catalog import refresh
-from pipeline.engine.stages import STAGES
-from pipeline.engine.verify import verify_all
-from pipeline.store import Store
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.store import Store
 
 #: One step in so many is taken; of a season, which has most, one in twenty-four times as many.
 EVERY = int(os.environ.get("PITCHLORE_STEPS", "25"))

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import MATCH, patterns
 
-from pipeline import knowledge
-from pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions
-from pipeline.numbers.sums import exact
-from pipeline.settings import KnowledgeSettings
-from pipeline.sides.teams import Team
-from pipeline.state import encode
-from schemas import ROLES, SIDES, Behaviours, Decisions, Occasions, Sides
+from pitchlore.pipeline import knowledge
+from pitchlore.pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions
+from pitchlore.pipeline.numbers.sums import exact
+from pitchlore.pipeline.settings import KnowledgeSettings
+from pitchlore.pipeline.sides.teams import Team
+from pitchlore.pipeline.state import encode
+from pitchlore.schemas import ROLES, SIDES, Behaviours, Decisions, Occasions, Sides
 
 NAMES = ["striker-001-011", "striker-046", None]
 
@@ -70,7 +70,7 @@ class TestOccasions:
         """Occasions are the same however little is held back."""
         tables = [decisions((i % 3, "striker-046", 0.1)) for i in range(20)]
         whole = occasions(tables, 1)
-        monkeypatch.setattr("pipeline.numbers.sums._BUFFERED_ROWS", 2)
+        monkeypatch.setattr("pitchlore.pipeline.numbers.sums._BUFFERED_ROWS", 2)
         assert_frame_equal(occasions(tables, 1), whole, check_exact=True)
 
     def test_initial_values(self):

@@ -15,8 +15,8 @@ from studies.labels.study import agreed, read_answers, study
 from support.recordings import ALL, RSIM
 from support.scenes import film, goes, stands
 
-from pipeline.game.pitch import PITCHES, Kind
-from schemas import Commands, Passes, Possession, Referee, Situations
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.schemas import Commands, Passes, Possession, Referee, Situations
 
 FOLDER = ROOT / "data" / "studies" / "labels"
 S = 1_000_000_000

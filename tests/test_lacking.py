@@ -11,7 +11,7 @@ import pytest
 from conftest import clip
 from support.recordings import RCSS, recording
 
-from pipeline.store import Store
+from pitchlore.pipeline.store import Store
 
 POSITIONS = ("frame", "t", "team", "player", "x", "y")
 

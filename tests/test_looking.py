@@ -8,22 +8,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.arena.match import controllers
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.appraising import appraise as worth
-from pipeline.arena.teams.appraising import appraiser_of
-from pipeline.base.errors import BadSettings
-from pipeline.matches.frame import MatchLog
-from pipeline.policies.appraise import actions, appraise
-from pipeline.sequences.sights import sights
-from pipeline.settings import AppraisalSettings, GramSettings
-from pipeline.situations.rules import TABLE_1
-from pipeline.state.sight import see_from
-from schemas import ROLES, SIDES, Appraisals, Decisions, Occasions, Policies, Sequences, Sights, Values
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.match import controllers
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.appraising import appraise as worth
+from pitchlore.pipeline.arena.teams.appraising import appraiser_of
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.policies.appraise import actions, appraise
+from pitchlore.pipeline.sequences.sights import sights
+from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
+from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.state.sight import see_from
+from pitchlore.schemas import (
+    ROLES,
+    SIDES,
+    Appraisals,
+    Decisions,
+    Occasions,
+    Policies,
+    Sequences,
+    Sights,
+    Values,
+)
+from pitchlore.schemas.sights import SIGHT
 
 SMALL = AppraisalSettings(trees=10, leaf_samples=20, tree_penalty=0.0)
 PLACE = {name: place for place, name in enumerate(SIGHT)}

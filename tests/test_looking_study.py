@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 from studies.looking import ARMS, EARNED, HELD, PANEL, Aim, aims, information, replaced
 
-from schemas import ROLES
-from schemas.sights import SIGHT
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.sights import SIGHT
 
 
 def results(ours, blind=-5.0, spread=0.5):

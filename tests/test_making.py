@@ -5,12 +5,12 @@ from collections import Counter
 import pytest
 from conftest import clip
 
-from pipeline.engine.making import make
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stage import Scope
-from pipeline.engine.stages import STAGES
-from pipeline.settings import Settings
-from pipeline.store import Store
+from pitchlore.pipeline.engine.making import make
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow
 

@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from flows.cli import main
-from pipeline import matches as log
-from pipeline.arena.match.recipe import MatchSettings, match_settings
-from pipeline.base.errors import BadSettings
-from pipeline.base.toml import tables
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.store import Store
+from pitchlore.flows.cli import main
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, match_settings
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.toml import tables
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.store import Store
 
 
 def settings(text):

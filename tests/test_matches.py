@@ -26,16 +26,16 @@ from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as Ros2Writer
 
-from pipeline import matches
-from pipeline.base.errors import BadRecording, DamagedLog, NoFrames, SchemaMismatch
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.matches import description, mcap_file
-from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
-from pipeline.matches.chunks import unseal
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.matches.records import FRAMING_BYTES, as_array, walk
-from schemas import Commands, Decisions, Matches, Quality, Referee
-from schemas.commands import COMMANDS
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.base.errors import BadRecording, DamagedLog, NoFrames, SchemaMismatch
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches import description, mcap_file
+from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
+from pitchlore.pipeline.matches.chunks import unseal
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, as_array, walk
+from pitchlore.schemas import Commands, Decisions, Matches, Quality, Referee
+from pitchlore.schemas.commands import COMMANDS
 
 INFO = MatchInfo(
     match_id="final-0123456789ab", source="final.rcg", format="rcg", home="Löwen", away="Tigers",

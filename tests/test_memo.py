@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.engine import memo
-from pipeline.engine.catalog import distrust
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import nothing_new
-from pipeline.settings import GramSettings, Settings
-from pipeline.store import Store
-from pipeline.store.outputs import RECEIPT
+from pitchlore.pipeline.engine import memo
+from pitchlore.pipeline.engine.catalog import distrust
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import nothing_new
+from pitchlore.pipeline.settings import GramSettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.outputs import RECEIPT
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
 

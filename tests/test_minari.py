@@ -12,19 +12,19 @@ import pytest
 from polars.testing import assert_frame_equal
 from support.played import policy
 
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.record import record
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.engine.versions import emit
-from pipeline.settings import Settings
-from pipeline.state import encode
-from pipeline.store import Store
-from pipeline.views import datasets
-from schemas import ROLES, Decisions
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.state import encode
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views import datasets
+from pitchlore.schemas import ROLES, Decisions
 
 pytestmark = pytest.mark.slow
 
@@ -155,8 +155,8 @@ def test_nothing_half_written(league, tmp_path, monkeypatch):
 def test_without_the_extra(written, monkeypatch):
     """Where Minari is not installed, the command names the extra."""
     monkeypatch.setitem(sys.modules, "minari", None)
-    monkeypatch.delitem(sys.modules, "pipeline.views.datasets")
-    monkeypatch.delattr("pipeline.views.datasets")
+    monkeypatch.delitem(sys.modules, "pitchlore.pipeline.views.datasets")
+    monkeypatch.delattr("pitchlore.pipeline.views.datasets")
     code, _, err = written(ID)
     assert code == 1
     assert "needs minari, which is not installed. Install the extra pitchlore[rl]" in err

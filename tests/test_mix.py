@@ -9,11 +9,11 @@ import pytest
 from support.played import read
 from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.settings import Settings
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
 
 pytestmark = pytest.mark.slow
 

@@ -11,13 +11,13 @@ from minisom import MiniSom
 from test_behaviours import ANY, BUSY, table
 from test_rounds import league_of, leagues
 
-from pipeline.behaviours.neurons import distances, neurons
-from pipeline.behaviours.rounds import learn
-from pipeline.behaviours.select import select
-from pipeline.behaviours.som import SelfOrganisingMap, train
-from pipeline.settings import BehaviourSettings, RoundSettings
-from pipeline.sides.teams import Team
-from schemas import Neurons
+from pitchlore.pipeline.behaviours.neurons import distances, neurons
+from pitchlore.pipeline.behaviours.rounds import learn
+from pitchlore.pipeline.behaviours.select import select
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, train
+from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
+from pitchlore.pipeline.sides.teams import Team
+from pitchlore.schemas import Neurons
 
 
 def map_of(rows, columns, weights):

@@ -8,7 +8,7 @@ import sys
 import pytest
 from support.notebooks import NOTEBOOKS, executed, read, sample_data, shown
 
-from flows.cli import main
+from pitchlore.flows.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_file_as_folder(tmp_path, capsys):
 def test_opens(tmp_path, monkeypatch):
     """The command hands over to JupyterLab, with the data folder in the environment."""
     asked = {}
-    monkeypatch.setattr("flows.commands.notebooks.find_spec", lambda name: name)
+    monkeypatch.setattr("pitchlore.flows.commands.notebooks.find_spec", lambda name: name)
     monkeypatch.setattr("os.execve", lambda program, command, environment: asked.update(
         program=program, command=command, data=environment["PITCHLORE_DATA"]))
     notebooks(tmp_path / "nb", "--data", str(tmp_path / "league"))
@@ -89,6 +89,6 @@ def test_opens(tmp_path, monkeypatch):
 
 def test_without_jupyterlab(tmp_path, monkeypatch, capsys):
     """Without JupyterLab the command says in one line what to install."""
-    monkeypatch.setattr("flows.commands.notebooks.find_spec", lambda name: None)
+    monkeypatch.setattr("pitchlore.flows.commands.notebooks.find_spec", lambda name: None)
     assert notebooks(tmp_path, "--data", str(tmp_path)) == 1
     assert "Install pitchlore[notebooks]" in capsys.readouterr().err

@@ -10,21 +10,21 @@ import pyarrow.parquet
 import pytest
 from support.seasons import season
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.engine.catalog import refresh
-from pipeline.engine.knowledge import describe
-from pipeline.engine.stage import Scope
-from pipeline.engine.stages import STAGES
-from pipeline.engine.versions import emit
-from pipeline.settings import KnowledgeSettings, Settings
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.store.receipts import FileRecord, Manifest
-from pipeline.store.tables import SCHEMA_KEY, from_parquet, joined, to_parquet
-from pipeline.store.verification import verify
-from pipeline.store.work import Made
-from schemas import ROLES, Behaviours, Decisions, Games, Occasions, Patterns, Sides
-from schemas.seasons import OPPONENTS, PERSON
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.knowledge import describe
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import KnowledgeSettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.receipts import FileRecord, Manifest
+from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, joined, to_parquet
+from pitchlore.pipeline.store.verification import verify
+from pitchlore.pipeline.store.work import Made
+from pitchlore.schemas import ROLES, Behaviours, Decisions, Games, Occasions, Patterns, Sides
+from pitchlore.schemas.seasons import OPPONENTS, PERSON
 
 ADDS_UP = KnowledgeSettings(accumulate=True)
 NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y", "team", "kind"}

@@ -14,13 +14,13 @@ from mcap.reader import make_reader
 from support import ssl_games, vsss_messages
 from support.ssl_messages import Message, log
 
-from pipeline.base.errors import BadRecording, DamagedLog
-from pipeline.importers.packets.recorder import Packet, PacketRecorder
-from pipeline.importers.packets.recording import Recording, is_recording
-from pipeline.importers.packets.streams import LEAGUES, LeagueName
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking.mapping import load_map
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.base.errors import BadRecording, DamagedLog
+from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
+from pitchlore.pipeline.importers.packets.recording import Recording, is_recording
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.tracking.mapping import load_map
+from pitchlore.pipeline.matches.frame import MatchLog
 
 T0 = 1_750_000_000_000_000_000
 VISION, REFEREE = (stream.channel for stream in LEAGUES["vsss"])

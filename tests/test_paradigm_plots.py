@@ -7,10 +7,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from support.points import curve, over_decays, point, table
 
-from pipeline.base.errors import NotFound
-from pipeline.views.plots.paradigms import curves, sensitivity
-from pipeline.views.plots.style import png
-from schemas.paradigms import Paradigms
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.views.plots.paradigms import curves, sensitivity
+from pitchlore.pipeline.views.plots.style import png
+from pitchlore.schemas.paradigms import Paradigms
 
 pytestmark = pytest.mark.slow
 

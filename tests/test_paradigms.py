@@ -14,24 +14,24 @@ from support.planning import index_of
 from support.points import point, table
 from support.training import learn
 
-from pipeline.studies.paradigms import curves, runner
-from pipeline.studies.paradigms.curves import Curve, Exploration
-from pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, sweeps
-from pipeline.studies.paradigms.games import matrix
-from pipeline.studies.paradigms.games.grid import grid_world
-from pipeline.studies.paradigms.readings import informative
-from pipeline.studies.paradigms.rules.distributed import Distributed
-from pipeline.studies.paradigms.rules.fmq import FMQ
-from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
-from pipeline.studies.paradigms.rules.iq import IQ
-from pipeline.studies.paradigms.rules.ivq import IVQ
-from pipeline.studies.paradigms.rules.jaq import JAQ
-from pipeline.studies.paradigms.rules.lenient import Lenient
-from pipeline.studies.paradigms.rules.rules import RULES
-from pipeline.studies.paradigms.rules.selection import ActionSelection
-from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
-from pipeline.studies.paradigms.runner import Runs, Training, play, stream
-from schemas import Paradigms
+from pitchlore.pipeline.studies.paradigms import curves, runner
+from pitchlore.pipeline.studies.paradigms.curves import Curve, Exploration
+from pitchlore.pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, sweeps
+from pitchlore.pipeline.studies.paradigms.games import matrix
+from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
+from pitchlore.pipeline.studies.paradigms.readings import informative
+from pitchlore.pipeline.studies.paradigms.rules.distributed import Distributed
+from pitchlore.pipeline.studies.paradigms.rules.fmq import FMQ
+from pitchlore.pipeline.studies.paradigms.rules.hysteretic import Hysteretic
+from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
+from pitchlore.pipeline.studies.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.studies.paradigms.rules.lenient import Lenient
+from pitchlore.pipeline.studies.paradigms.rules.rules import RULES
+from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
+from pitchlore.pipeline.studies.paradigms.runner import Runs, Training, play, stream
+from pitchlore.schemas import Paradigms
 
 SEEDS = (7, 11)
 CLIMBING = [[11, -30, 0], [-30, 7, 6], [0, 0, 5]]

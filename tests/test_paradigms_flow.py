@@ -9,13 +9,13 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from flows.cli import main
-from flows.paradigms import paradigms_flow, points_of, reports
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.studies.paradigms import experiments
-from pipeline.studies.paradigms.experiments import Design
-from schemas import Paradigms, Verdicts
+from pitchlore.flows.cli import main
+from pitchlore.flows.paradigms import paradigms_flow, points_of, reports
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.studies.paradigms import experiments
+from pitchlore.pipeline.studies.paradigms.experiments import Design
+from pitchlore.schemas import Paradigms, Verdicts
 
 QUICK = Design(figures=(4, 5), runs=4, quick=True)
 
@@ -78,7 +78,7 @@ def test_other_seed(played):
 
 def test_failing_sweep(tmp_path, prefect_server, monkeypatch):
     """A sweep that fails is reported, and the others stand."""
-    from pipeline.studies.paradigms import curves
+    from pitchlore.pipeline.studies.paradigms import curves
 
     def broken(k):
         raise MemoryError("no room")

@@ -12,11 +12,11 @@ from studies.peers.playing import by_network, played
 from studies.peers.tables import ahead, curve, learners, markdown
 from studies.peers.teams import OURS
 
-from pipeline.arena.env import BEHAVIOURS
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.arena.match.sighted import scales
-from schemas import ROLES
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.env import BEHAVIOURS
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.match.sighted import scales
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.sights import SIGHT
 
 
 def network(activation="relu"):

@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 from support.played import logged, policy
 from support.played import starting as match
 
-from pipeline import matches as log
-from pipeline.arena.match.controllers import controller_of
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.arena import Arena
-from pipeline.arena.physics.camera import CameraSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.base.errors import BadSettings
-from pipeline.engine.record import record
-from pipeline.game.bodies import BALL
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
-from pipeline.store import Store
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.controllers import controller_of
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.game.bodies import BALL
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
+from pitchlore.pipeline.store import Store
 
 MINUTE = 3600
 
@@ -86,8 +86,8 @@ def test_same_recipe():
 #: Records a match into the folder in which it runs, and says where its log is.
 ELSEWHERE = """
 from pathlib import Path
-from pipeline.engine.record import record
-from pipeline.store import Store
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.store import Store
 from test_play import recipe
 receipt, _ = record(Store(Path.cwd()), recipe("learned", "human-like", seed=5, seconds=10.0))
 print(receipt.files["log"].path)

@@ -12,16 +12,16 @@ from pydantic import ValidationError
 from support.toy_pitch import FRAME_S, kick_off, step
 from support.toy_scenes import ROBOTS, VSSS, M, mirrored, splitmix, view_of, views
 
-from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arena.teams import human_like, moving_randomly, static
-from pipeline.arena.teams.ball import coming, has_ball, soon, spin
-from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.arena.teams.goalkeeping import crossing, keep_line
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.people import People
-from pipeline.arena.teams.roles import assign
-from pipeline.arena.teams.splitmix import bits, normal, seeded, uniform
-from pipeline.arena.teams.steering import (
+from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
+from pitchlore.pipeline.arena.teams import human_like, moving_randomly, static
+from pitchlore.pipeline.arena.teams.ball import coming, has_ball, soon, spin
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION
+from pitchlore.pipeline.arena.teams.goalkeeping import crossing, keep_line
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.arena.teams.roles import assign
+from pitchlore.pipeline.arena.teams.splitmix import bits, normal, seeded, uniform
+from pitchlore.pipeline.arena.teams.steering import (
     BACK,
     EITHER,
     FRONT,
@@ -33,10 +33,10 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.arena.teams.table import SCRIPTED, TEAMS
-from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.trajectories import kinematics
+from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.trajectories import kinematics
 
 PACKED = M.packed()
 

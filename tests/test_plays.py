@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flows.cli import main
-from flows.commands.playing import Learners
-from pipeline.arena.env import env
-from pipeline.arena.match.controllers import Controller, controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import TeamSettings
-from pipeline.base.errors import BadSettings
-from pipeline.engine.games import Turn, store_of, take
-from pipeline.engine.teams import apprentice, entrant, learned_team
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season, parse
+from pitchlore.flows.cli import main
+from pitchlore.flows.commands.playing import Learners
+from pitchlore.pipeline.arena.env import env
+from pitchlore.pipeline.arena.match.controllers import Controller, controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import TeamSettings
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.games import Turn, store_of, take
+from pitchlore.pipeline.engine.teams import apprentice, entrant, learned_team
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 _SHORT = "games = 1\npractice = 1\n[referee]\nduration_s = 20"
 _LOOKS = f'base = "looking"\nclock_s = 0.3\npredict_s = 0.1\n{_SHORT}'

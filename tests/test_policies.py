@@ -6,12 +6,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.base.errors import BadSettings, SchemaMismatch
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Transitions, sarsa_lambda
-from pipeline.policies.train import train
-from pipeline.settings import PolicySettings
-from pipeline.state import encode, project
-from schemas import ROLES, Decisions, Occasions, Policies
+from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
+from pitchlore.pipeline.policies.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRUNCATED,
+    UNKNOWN,
+    Transitions,
+    sarsa_lambda,
+)
+from pitchlore.pipeline.policies.train import train
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.state import encode, project
+from pitchlore.schemas import ROLES, Decisions, Occasions, Policies
 
 SECOND = 1_000_000_000
 #: full steps and no discount, so that values can be read off

@@ -3,17 +3,17 @@
 import polars as pl
 import pytest
 
-from pipeline.base.errors import NotFound
-from pipeline.decisions import digests
-from pipeline.engine.knowledge import label_of
-from pipeline.engine.policies import batch
-from pipeline.engine.stage import Scope
-from pipeline.engine.stages import STAGES
-from pipeline.engine.versions import emit
-from pipeline.settings import PolicySettings
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
-from schemas import Behaviours, Decisions, Occasions, Policies, Sides
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.decisions import digests
+from pitchlore.pipeline.engine.knowledge import label_of
+from pitchlore.pipeline.engine.policies import batch
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import Behaviours, Decisions, Occasions, Policies, Sides
 
 KICK = "striker-021"
 

@@ -4,24 +4,24 @@ import numpy as np
 import pytest
 from support.watched import Watched
 
-from pipeline.arena.match.controllers import (
+from pitchlore.pipeline.arena.match.controllers import (
     PolicyTables,
     controller_of,
     controllers_of,
     measures_of,
 )
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.camera import CameraSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.constant import constant
-from pipeline.arena.teams.predicting import Predictor, predict
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
-from pipeline.matches.frame import MatchLog
-from pipeline.sequences.sights import sights
-from pipeline.settings import GramSettings
-from schemas import Values
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.constant import constant
+from pitchlore.pipeline.arena.teams.predicting import Predictor, predict
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.sequences.sights import sights
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.schemas import Values
+from pitchlore.schemas.sights import SIGHT
 
 LATE = CameraSettings(latency_s=0.1)
 STATIC = TeamSettings(kind="static", predict_s=0.1)

@@ -11,10 +11,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from support.outputs import put_goal
 
-from pipeline.base.errors import BadQuery
-from pipeline.engine.catalog import refresh
-from pipeline.store import Store
-from pipeline.store.query import ask
+from pitchlore.pipeline.base.errors import BadQuery
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
 
 #: What a person asks of the catalogue, in the forms that DuckDB's grammar has for it.
 READING = [

@@ -14,15 +14,15 @@ from studies.usual import rates_of, situations_of
 from support import recordings
 from support.football import NEEDS_KLOPPY, whole_match
 
-from pipeline import matches
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.recognised import with_recognition
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.matches.frame import MatchLog
-from pipeline.situations.rules import TABLE_1
-from pipeline.situations.usual import recognition
-from pipeline.store import Store
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.recognised import with_recognition
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.situations.usual import recognition
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 USUAL = json.loads(Path("pipeline/situations/usual.json").read_text())
 

@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 from support.processes import pitchlore
 
-from flows.cli import main
-from flows.imports import import_all
-from pipeline import matches
-from pipeline.arena.match.controllers import controller_of, controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.engine.matches import PLAYING, _nothing_logged
-from pipeline.engine.record import recording
-from pipeline.store import Store
-from schemas import Matches
+from pitchlore.flows.cli import main
+from pitchlore.flows.imports import import_all
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.matches import PLAYING, _nothing_logged
+from pitchlore.pipeline.engine.record import recording
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Matches
 
 #: Of a match that is certainly not over when it is killed.
 MINUTES = 100
@@ -78,12 +78,12 @@ def test_killed_match(killed, prefect_server):
 COMMITTING = """
 import os, signal, sys
 from pathlib import Path
-import pipeline.engine.record
-from pipeline.store import Store
+import pitchlore.pipeline.engine.record
+from pitchlore.pipeline.store import Store
 from test_record import short
 
-pipeline.engine.record.keep = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
-pipeline.engine.record.record(Store(Path(sys.argv[1])), short(1))
+pitchlore.pipeline.engine.record.keep = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
+pitchlore.pipeline.engine.record.record(Store(Path(sys.argv[1])), short(1))
 """
 
 

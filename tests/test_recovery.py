@@ -9,13 +9,13 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-from flows.imports import import_all
-from flows.tasks import flow_of
-from pipeline.base.errors import DamagedLog
-from pipeline.engine.catalog import catalog_path, refresh
-from pipeline.engine.matches import Recording, import_recording, with_map
-from pipeline.engine.stages import STAGES
-from pipeline.settings import (
+from pitchlore.flows.imports import import_all
+from pitchlore.flows.tasks import flow_of
+from pitchlore.pipeline.base.errors import DamagedLog
+from pitchlore.pipeline.engine.catalog import catalog_path, refresh
+from pitchlore.pipeline.engine.matches import Recording, import_recording, with_map
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import (
     BehaviourSettings,
     KnowledgeSettings,
     RoundSettings,
@@ -23,9 +23,9 @@ from pipeline.settings import (
     SituationSettings,
     TrajectorySettings,
 )
-from pipeline.store import Store
-from pipeline.store.query import ask
-from schemas import Referee
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.schemas import Referee
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
 
@@ -69,7 +69,7 @@ def test_failure_everywhere(tmp_path, clips, finished, monkeypatch):
         raise ZeroDivisionError("sequences")
 
     with monkeypatch.context() as patch:
-        patch.setattr("pipeline.sequences.derive.sequences", broken)
+        patch.setattr("pitchlore.pipeline.sequences.derive.sequences", broken)
         report = run(tmp_path)
     assert len(report.failures) == 2
     assert report.knowledge is report.policy is None

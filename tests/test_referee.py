@@ -17,7 +17,7 @@ from polars.testing import assert_frame_equal
 from support import literal_referee
 from support.logs import make_log
 
-from pipeline.arena.physics.laws import (
+from pitchlore.pipeline.arena.physics.laws import (
     END,
     FOUL,
     FREE_BALL,
@@ -30,7 +30,7 @@ from pipeline.arena.physics.laws import (
     Marks,
     RefereeSettings,
 )
-from pipeline.arena.physics.referee import (
+from pitchlore.pipeline.arena.physics.referee import (
     ATTACKERS,
     DEFENDERS,
     NOBODY,
@@ -43,17 +43,17 @@ from pipeline.arena.physics.referee import (
     told,
     watch,
 )
-from pipeline.arena.physics.restarts import restart
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
-from pipeline.game.pitch import PITCHES, SCALES, Kind
-from pipeline.matches import table as matches_table
-from pipeline.matches.frame import AWAY, HOME, home_attacks
-from pipeline.matches.reader import read
-from pipeline.matches.recorder import write
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories.derive import trajectories
-from schemas import Referee
+from pitchlore.pipeline.arena.physics.restarts import restart
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
+from pitchlore.pipeline.matches import table as matches_table
+from pitchlore.pipeline.matches.frame import AWAY, HOME, home_attacks
+from pitchlore.pipeline.matches.reader import read
+from pitchlore.pipeline.matches.recorder import write
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import Referee
 
 VSSS = PITCHES[Kind.VSSS]
 LAWS = Laws.of(VSSS, RefereeSettings(), 60.0)

@@ -8,7 +8,7 @@ import tomllib
 import pytest
 from conftest import ROOT
 
-import pipeline
+from pitchlore import pipeline
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")

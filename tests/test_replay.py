@@ -13,11 +13,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.views.replay import FAMILIES, page
-from pipeline.views.replay.packing import HEADED, NO_STRENGTH, SEEN, SUSPECT, TURN
-from schemas import Goals, Matches, Referee, Situations, Trajectories
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.views.replay import FAMILIES, page
+from pitchlore.pipeline.views.replay.packing import HEADED, NO_STRENGTH, SEEN, SUSPECT, TURN
+from pitchlore.schemas import Goals, Matches, Referee, Situations, Trajectories
 
 SAMPLE = Path(__file__).parents[1] / "data" / "samples" / "rsim-vss-3v3.parquet"
 MS = 1_000_000

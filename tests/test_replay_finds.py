@@ -12,15 +12,15 @@ import pytest
 from playwright.sync_api import Page, expect
 from support.league import HOSTILE
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.sequences.windows import codes_of, role_of, windows
-from pipeline.views.replay import _worn, linked
-from pipeline.views.scout.content import replays
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.sources import newest, played, sequence
-from pipeline.views.scout.content.teams import gallery
-from pipeline.views.scout.occurrences import occurrences
-from schemas import ROLES, SIDES, Behaviours, Passes, Shots
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.sequences.windows import codes_of, role_of, windows
+from pitchlore.pipeline.views.replay import _worn, linked
+from pitchlore.pipeline.views.scout.content import replays
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.sources import newest, played, sequence
+from pitchlore.pipeline.views.scout.content.teams import gallery
+from pitchlore.pipeline.views.scout.occurrences import occurrences
+from pitchlore.schemas import ROLES, SIDES, Behaviours, Passes, Shots
 
 #: Finds in the page's own match: of each run the team, the robot and when it starts and ends, ms.
 FIND = """async wanted => {

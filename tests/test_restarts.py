@@ -7,16 +7,16 @@ import pytest
 from support.recordings import ALL, RSIM, imported
 from test_events import GIVE, HOME, found, match
 
-from pipeline.events.derive import events
-from pipeline.events.restarts import kind_of
-from pipeline.importers.rcg.events import _RESTARTS
-from pipeline.importers.tracking.states import _WORDS_OF
-from pipeline.numbers.statistics import wilson
-from pipeline.settings import EventSettings, TrajectorySettings
-from pipeline.trajectories.derive import trajectories
-from pipeline.views.scout.restarts import SOON_S, any_moment, paid
-from schemas import Restarts
-from schemas.restarts import RESTARTS
+from pitchlore.pipeline.events.derive import events
+from pitchlore.pipeline.events.restarts import kind_of
+from pitchlore.pipeline.importers.rcg.events import _RESTARTS
+from pitchlore.pipeline.importers.tracking.states import _WORDS_OF
+from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.views.scout.restarts import SOON_S, any_moment, paid
+from pitchlore.schemas import Restarts
+from pitchlore.schemas.restarts import RESTARTS
 
 #: Home 1 kicks the ball towards the adversary's goal at 1 s.
 SHOOTS = [(0, 0.3, 0), (1, 0.3, 0), (1.5, 0.7, 0), (4, 0.7, 0)]

@@ -12,20 +12,20 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import changed, consecutive, goals, sequences_of, situations
 
-from pipeline.behaviours.grams import cover, grams, merge, spelt
-from pipeline.behaviours.rounds import learn
-from pipeline.behaviours.select import select
-from pipeline.decisions import decide, digests, observe
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stage import Per
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.sequences import league
-from pipeline.sequences.windows import side_of
-from pipeline.settings import BehaviourSettings, ModelSettings, RoundSettings, Settings
-from pipeline.sides.teams import Team, as_of, of_sides
-from pipeline.store import Store
-from schemas import SIDES, Choices, Decisions, Grams, Patterns
+from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
+from pitchlore.pipeline.behaviours.rounds import learn
+from pitchlore.pipeline.behaviours.select import select
+from pitchlore.pipeline.decisions import decide, digests, observe
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.sequences import league
+from pitchlore.pipeline.sequences.windows import side_of
+from pitchlore.pipeline.settings import BehaviourSettings, ModelSettings, RoundSettings, Settings
+from pitchlore.pipeline.sides.teams import Team, as_of, of_sides
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import SIDES, Choices, Decisions, Grams, Patterns
 
 #: Nearly everything that recurs becomes a behaviour.
 ANY = BehaviourSettings(

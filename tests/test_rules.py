@@ -16,15 +16,15 @@ from support.planning import index_of
 from support.steps import ACTIONS, OBSERVATIONS, learned, plays
 from support.training import learn
 
-import pipeline
-from pipeline import _kernels
-from pipeline.studies.paradigms.games import matrix
-from pipeline.studies.paradigms.games.grid import grid_world
-from pipeline.studies.paradigms.rules.kernel import kernel, switch
-from pipeline.studies.paradigms.rules.rules import RULES, AnyLearner
-from pipeline.studies.paradigms.rules.selection import ActionSelection
-from pipeline.studies.paradigms.runner import Testing as Trial
-from pipeline.studies.paradigms.runner import Training, play, stream
+from pitchlore import pipeline
+from pitchlore.pipeline import _kernels
+from pitchlore.pipeline.studies.paradigms.games import matrix
+from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel, switch
+from pitchlore.pipeline.studies.paradigms.rules.rules import RULES, AnyLearner
+from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.studies.paradigms.runner import Testing as Trial
+from pitchlore.pipeline.studies.paradigms.runner import Training, play, stream
 
 SEEDS = (5,)
 GAMES = {

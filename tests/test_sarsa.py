@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pipeline.base.errors import BadSettings, SchemaMismatch
-from pipeline.policies.sarsa import (
+from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
+from pitchlore.pipeline.policies.sarsa import (
     CONTINUES,
     TERMINAL,
     TRACE_FLOOR,
@@ -19,7 +19,7 @@ from pipeline.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
-from pipeline.settings import PolicySettings
+from pitchlore.pipeline.settings import PolicySettings
 
 PAIRS = 6
 

@@ -22,10 +22,10 @@ from support.processes import eventually
 from support.sessions import QUIET, migrated
 from support.terminal import terminal
 
-from flows.server import Keeper, Process
-from pipeline.engine.history import log
-from pipeline.settings import PolicySettings, Settings
-from pipeline.store import Store
+from pitchlore.flows.server import Keeper, Process
+from pitchlore.pipeline.engine.history import log
+from pitchlore.pipeline.settings import PolicySettings, Settings
+from pitchlore.pipeline.store import Store
 
 
 @pytest.mark.usefixtures("prefect_server")
@@ -34,7 +34,7 @@ def test_run_states(tmp_path, capsys):
 
     Completed with what was made, then with nothing new; Failed, named Quarantined, if something was refused.
     """
-    from flows.scheduled import scheduled_run
+    from pitchlore.flows.scheduled import scheduled_run
 
     (tmp_path / "inbox").mkdir()
     clip(0.0, 40.0).write_csv(tmp_path / "inbox" / "derby.csv")
@@ -87,7 +87,7 @@ def test_serve_alone(tmp_path, monkeypatch):
 @pytest.mark.usefixtures("prefect_server")
 def test_training_states(tmp_path, finished, capsys):
     """A training says in one line and in its state what it did; without knowledge it has failed."""
-    from flows.scheduled import scheduled_training
+    from pitchlore.flows.scheduled import scheduled_training
 
     data = tmp_path / "data"
     shutil.copytree(finished, data)

@@ -6,7 +6,7 @@ import dataframely as dy
 import polars as pl
 import pytest
 
-from schemas import PUBLIC
+from pitchlore.schemas import PUBLIC
 
 pytestmark = pytest.mark.unit
 

@@ -13,23 +13,23 @@ from conftest import clip
 from support.league import HOSTILE, bring, serious
 from support.recordings import INSPER, RSIM, imported
 
-from flows.cli import main
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.events.derive import events
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.goals import attribute as goals
-from pipeline.matches.table import row as matches_row
-from pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
-from pipeline.situations.recognise import recognise
-from pipeline.store import Store
-from pipeline.trajectories.derive import trajectories
-from pipeline.views.replay import page as replay_page
-from pipeline.views.scout.content.sources import team_name
-from pipeline.views.scout.content.write import Written, write
-from pipeline.views.scout.facts import Tables, by_lead, over_matches
-from pipeline.views.scout.gallery import clips, ranked
-from pipeline.views.scout.pictures import Mark, heat, on_pitch
-from schemas import Goals, Situations
+from pitchlore.flows.cli import main
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.events.derive import events
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.goals import attribute as goals
+from pitchlore.pipeline.matches.table import row as matches_row
+from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.views.replay import page as replay_page
+from pitchlore.pipeline.views.scout.content.sources import team_name
+from pitchlore.pipeline.views.scout.content.write import Written, write
+from pitchlore.pipeline.views.scout.facts import Tables, by_lead, over_matches
+from pitchlore.pipeline.views.scout.gallery import clips, ranked
+from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pitchlore.schemas import Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -100,7 +100,7 @@ def test_by_evidence():
 
 def test_one_match_has_no_interval():
     """A mean of one match has no interval; that of two has."""
-    from pipeline.views.scout.facts import Numbers
+    from pitchlore.pipeline.views.scout.facts import Numbers
 
     one = Numbers(0.5, 0.5, 3, 0, 2, 0, 1, 4, 5, 6)
     found = over_matches([(one, 1.0)])
@@ -160,7 +160,7 @@ def test_numbers_are_those_of_the_tables(store, pages):
     """A match's page says what the public tables say."""
     match = next(iter(store.receipts("matches"))).name
     events = store.receipt("events", match)
-    from schemas import Passes, Shots
+    from pitchlore.schemas import Passes, Shots
 
     shown = text_of(pages, f"matches/{match}.html")
     for label, schema in (("shots on target", Shots), ("passes that arrive", Passes)):
@@ -229,7 +229,7 @@ def test_list_of_pages_is_hostile(store, tmp_path):
 
 def test_gone_with_its_match(store, tmp_path):
     """The pages of a match that is forgotten go."""
-    from pipeline.engine.catalog import forget_match
+    from pitchlore.pipeline.engine.catalog import forget_match
 
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")

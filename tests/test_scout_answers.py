@@ -5,17 +5,17 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
-from pipeline.views.scout.changes import change, change_of_count, told
-from pipeline.views.scout.content.answers import goals_of, kept, of_match
-from pipeline.views.scout.content.danger import dangerous, of_keeper
-from pipeline.views.scout.content.sources import against_itself, counted, played, team_name
-from pipeline.views.scout.content.teams import LEAST_S, _led
-from pipeline.views.scout.facts import ByLead, Numbers, over_matches
-from pipeline.views.scout.scored import Scored, again, scored, summary
-from pipeline.views.scout.shooting import MEANS, shooting
-from pipeline.views.scout.zones import Played, losses, passing, samples, third
-from pipeline.views.scout.zones import played as played_by
-from schemas import SIDES, Goals, Passes, Possession, Shots, Situations
+from pitchlore.pipeline.views.scout.changes import change, change_of_count, told
+from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_match
+from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
+from pitchlore.pipeline.views.scout.content.sources import against_itself, counted, played, team_name
+from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
+from pitchlore.pipeline.views.scout.facts import ByLead, Numbers, over_matches
+from pitchlore.pipeline.views.scout.scored import Scored, again, scored, summary
+from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
+from pitchlore.pipeline.views.scout.zones import Played, losses, passing, samples, third
+from pitchlore.pipeline.views.scout.zones import played as played_by
+from pitchlore.schemas import SIDES, Goals, Passes, Possession, Shots, Situations
 
 MATCH, S = "m", 10**9
 

@@ -9,12 +9,12 @@ from itertools import pairwise
 import polars as pl
 import pytest
 
-from pipeline.base.errors import NotFound
-from pipeline.views.scout.content import compare
-from pipeline.views.scout.content.sources import chosen, played
-from pipeline.views.scout.content.write import write
-from pipeline.views.scout.facts import PARTS, numbers, parts, played_s
-from schemas import SIDES, Behaviours
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.views.scout.content import compare
+from pitchlore.pipeline.views.scout.content.sources import chosen, played
+from pitchlore.pipeline.views.scout.content.write import write
+from pitchlore.pipeline.views.scout.facts import PARTS, numbers, parts, played_s
+from pitchlore.schemas import SIDES, Behaviours
 
 
 def facts_of(script: bytes):

@@ -8,16 +8,16 @@ import polars as pl
 import pytest
 from test_scout import text_of
 
-from pipeline.base.text import number_of
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.views.replay import linked
-from pipeline.views.scout import words
-from pipeline.views.scout.content.flaws import WORDS, flaws
-from pipeline.views.scout.content.sources import counted
-from pipeline.views.scout.pages import page as render
-from pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
-from pipeline.views.scout.states import zone
-from schemas.matches import FLAWS
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.views.replay import linked
+from pitchlore.pipeline.views.scout import words
+from pitchlore.pipeline.views.scout.content.flaws import WORDS, flaws
+from pitchlore.pipeline.views.scout.content.sources import counted
+from pitchlore.pipeline.views.scout.pages import page as render
+from pitchlore.pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
+from pitchlore.pipeline.views.scout.states import zone
+from pitchlore.schemas.matches import FLAWS
 
 VSSS = PITCHES[Kind.VSSS]
 

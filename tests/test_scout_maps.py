@@ -13,19 +13,19 @@ import pytest
 from playwright.sync_api import expect
 from support.league import HOSTILE, serious
 
-from pipeline.engine.catalog import refresh
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.sources import newest, played
-from pipeline.views.scout.content.teams import gallery
-from pipeline.views.scout.content.write import write
-from pipeline.views.scout.maps import lying, maps, nearest, sign
-from pipeline.views.scout.occurrences import occurrences, placed
-from pipeline.views.scout.ring import Edge, Node, ring
-from pipeline.views.scout.transitions import around, transitions
-from pipeline.views.scout.words import of_behaviour
-from schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Sequences, Trajectories
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.sources import newest, played
+from pitchlore.pipeline.views.scout.content.teams import gallery
+from pitchlore.pipeline.views.scout.content.write import write
+from pitchlore.pipeline.views.scout.maps import lying, maps, nearest, sign
+from pitchlore.pipeline.views.scout.occurrences import occurrences, placed
+from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
+from pitchlore.pipeline.views.scout.transitions import around, transitions
+from pitchlore.pipeline.views.scout.words import of_behaviour
+from pitchlore.schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Sequences, Trajectories
 
 S = 10**9
 
@@ -154,9 +154,9 @@ def test_as_many_as_the_support(store, pages, learned):
     """The occurrences that a card draws are those that the knowledge counted, even if not all behaviours are shown."""
     for shown in (60, 2, 1):
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr("pipeline.views.scout.gallery.SHOWN", shown)
-            patched.setattr("pipeline.views.scout.gallery.SHOWN_OF_ORDER", 1)
-            patched.setattr("pipeline.views.scout.content.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
+            patched.setattr("pitchlore.pipeline.views.scout.gallery.SHOWN", shown)
+            patched.setattr("pitchlore.pipeline.views.scout.gallery.SHOWN_OF_ORDER", 1)
+            patched.setattr("pitchlore.pipeline.views.scout.content.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
             for team in with_behaviours(store):
                 own = [match for match in played(store) if team in (match.home, match.away)]
                 for card in gallery(store, team, own, newest(store), learned)["cards"]:

@@ -16,28 +16,28 @@ from support.league import HOSTILE, copied, serious
 from support.played import looking
 from test_scout import text_of
 
-from flows.cli import main
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.engine.versions import emit
-from pipeline.game.pitch import PITCHES, SCALES, Kind
-from pipeline.settings import KnowledgeSettings, Settings, SituationSettings
-from pipeline.situations import fuzzy
-from pipeline.situations.rulebook import term_table, terms_used
-from pipeline.situations.rules import TABLE_1
-from pipeline.state import encode
-from pipeline.state.table import LEVELS
-from pipeline.state.words import elements_of, named
-from pipeline.store import Store
-from pipeline.store.work import Made
-from pipeline.views.scout.content.policies import newest_policies
-from pipeline.views.scout.content.sources import played
-from pipeline.views.scout.content.write import Written, write
-from pipeline.views.scout.curves import Curve, curves
-from pipeline.views.scout.preferred import actions_of, picture, preferred
-from pipeline.views.scout.states import around_ball, sentences, zone
-from schemas import KEYS, ROLES, Appraisals, Policies, Referee, Restarts, States
-from schemas.sights import SIGHT
+from pitchlore.flows.cli import main
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
+from pitchlore.pipeline.settings import KnowledgeSettings, Settings, SituationSettings
+from pitchlore.pipeline.situations import fuzzy
+from pitchlore.pipeline.situations.rulebook import term_table, terms_used
+from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.state import encode
+from pitchlore.pipeline.state.table import LEVELS
+from pitchlore.pipeline.state.words import elements_of, named
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made
+from pitchlore.pipeline.views.scout.content.policies import newest_policies
+from pitchlore.pipeline.views.scout.content.sources import played
+from pitchlore.pipeline.views.scout.content.write import Written, write
+from pitchlore.pipeline.views.scout.curves import Curve, curves
+from pitchlore.pipeline.views.scout.preferred import actions_of, picture, preferred
+from pitchlore.pipeline.views.scout.states import around_ball, sentences, zone
+from pitchlore.schemas import KEYS, ROLES, Appraisals, Policies, Referee, Restarts, States
+from pitchlore.schemas.sights import SIGHT
 
 VSSS = PITCHES[Kind.VSSS]
 COARSER = Settings(knowledge=KnowledgeSettings(backoff=("self9", "self6", "role0")))

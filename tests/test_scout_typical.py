@@ -7,9 +7,9 @@ import math
 import polars as pl
 import pytest
 
-from pipeline.views.scout.following import FOLLOWS_S, Following, followed_by, following
-from pipeline.views.scout.gallery import AT_FIRST, SHOWN, SHOWN_OF_ORDER, Clip, at_first, leading
-from pipeline.views.scout.typical import typical
+from pitchlore.pipeline.views.scout.following import FOLLOWS_S, Following, followed_by, following
+from pitchlore.pipeline.views.scout.gallery import AT_FIRST, SHOWN, SHOWN_OF_ORDER, Clip, at_first, leading
+from pitchlore.pipeline.views.scout.typical import typical
 
 
 def grams(*rows: tuple[str, tuple[int, ...], int]) -> pl.DataFrame:

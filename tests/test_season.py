@@ -3,16 +3,16 @@
 import polars as pl
 import pytest
 
-from pipeline import matches as log
-from pipeline.arena.match.recipe import Recipe
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.engine import games as loop
-from pipeline.engine.record import record
-from pipeline.engine.teams import entrant
-from pipeline.store import Store
-from pipeline.studies.seasons import settings
-from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
-from schemas import Games, Growth, Matches, Occasions, Policies
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.engine import games as loop
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons import settings
+from pitchlore.pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
+from pitchlore.schemas import Games, Growth, Matches, Occasions, Policies
 
 pytestmark = pytest.mark.slow
 

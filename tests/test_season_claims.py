@@ -7,11 +7,11 @@ import pytest
 from scipy import stats
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
-from pipeline.arena.teams.executors.actions import LIMIT_S
-from pipeline.numbers.statistics import mean_interval, wilson
-from pipeline.studies.seasons import table3
-from pipeline.studies.seasons.claims import CLAIMS, verdicts
-from pipeline.studies.seasons.measures import (
+from pitchlore.pipeline.arena.teams.executors.actions import LIMIT_S
+from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
+from pitchlore.pipeline.studies.seasons import table3
+from pitchlore.pipeline.studies.seasons.claims import CLAIMS, verdicts
+from pitchlore.pipeline.studies.seasons.measures import (
     OTHER,
     SeasonTables,
     greatest,
@@ -25,7 +25,7 @@ from pipeline.studies.seasons.measures import (
     slope,
     total,
 )
-from pipeline.studies.seasons.summary import (
+from pitchlore.pipeline.studies.seasons.summary import (
     ablated,
     attributed,
     beside_table_3,
@@ -34,8 +34,8 @@ from pipeline.studies.seasons.summary import (
     measured,
     played,
 )
-from schemas import Claims, Evaluations, Games, Growth
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.schemas import Claims, Evaluations, Games, Growth
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 HUMAN, STATIC, RANDOM, PERSON = "human-like", "static", "random", "person"
 NONE = Evaluations.empty()

@@ -9,15 +9,15 @@ from threading import Barrier
 import pytest
 from support.processes import pitchlore
 
-from flows import season as loop
-from flows.cli import main
-from flows.season import season_flow
-from pipeline.base.errors import StorageFailed
-from pipeline.engine.progress import StageReport
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
-from pipeline.studies.seasons.settings import Season, parse
-from schemas import Games, Growth
+from pitchlore.flows import season as loop
+from pitchlore.flows.cli import main
+from pitchlore.flows.season import season_flow
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
+from pitchlore.schemas import Games, Growth
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
 

@@ -5,14 +5,14 @@ import pytest
 from support.seasons import season, tables
 from test_season_tables import GAME, KICK, decisions, goals, match
 
-from flows.report import drawn
-from pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
-from pipeline.studies.seasons.measures import BRIEF, OTHER, OTHER_TIME
-from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
-from pipeline.studies.seasons.sensitivity import sensitivity, variations
-from pipeline.studies.seasons.settings import names
-from pipeline.studies.seasons.summary import beside_table_3, compared
-from pipeline.studies.seasons.tables import game_row
+from pitchlore.flows.report import drawn
+from pitchlore.pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
+from pitchlore.pipeline.studies.seasons.measures import BRIEF, OTHER, OTHER_TIME
+from pitchlore.pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
+from pitchlore.pipeline.studies.seasons.sensitivity import sensitivity, variations
+from pitchlore.pipeline.studies.seasons.settings import names
+from pitchlore.pipeline.studies.seasons.summary import beside_table_3, compared
+from pitchlore.pipeline.studies.seasons.tables import game_row
 
 STATIC, HUMAN = "static", "human-like"
 S = 1_000_000_000

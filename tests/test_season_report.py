@@ -12,31 +12,31 @@ from support.played import policy, starting
 from support.receipts import put_receipt, receipt_at
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
-from flows.cli import main
-from flows.report import NAME, drawn, sources, write_report
-from flows.report import tables as tables_in
-from pipeline import arena
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.panel import PANEL
-from pipeline.arena.teams.table import TEAMS
-from pipeline.base.errors import NotFound
-from pipeline.engine.evaluations import evaluate
-from pipeline.engine.teams import entrant
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.store.work import Made, Work
-from pipeline.studies.document import code, picture, table, web_page
-from pipeline.studies.evaluations import Evaluation
-from pipeline.studies.seasons.claims import verdicts
-from pipeline.studies.seasons.measures import DIFFERENCE, OTHER
-from pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
-from pipeline.studies.seasons.report import SeasonsReport, commands, evaluating
-from pipeline.studies.seasons.settings import Season, parse
-from pipeline.studies.seasons.summary import beside_table_3, curves
-from pipeline.views.plots import seasons as plots
-from pipeline.views.plots.style import png
-from schemas import Evaluations, Games, Growth, Policies
+from pitchlore.flows.cli import main
+from pitchlore.flows.report import NAME, drawn, sources, write_report
+from pitchlore.flows.report import tables as tables_in
+from pitchlore.pipeline import arena
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.arena.teams.table import TEAMS
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.pipeline.studies.document import code, picture, table, web_page
+from pitchlore.pipeline.studies.evaluations import Evaluation
+from pitchlore.pipeline.studies.seasons.claims import verdicts
+from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE, OTHER
+from pitchlore.pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
+from pitchlore.pipeline.studies.seasons.report import SeasonsReport, commands, evaluating
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
+from pitchlore.pipeline.studies.seasons.summary import beside_table_3, curves
+from pitchlore.pipeline.views.plots import seasons as plots
+from pitchlore.pipeline.views.plots.style import png
+from pitchlore.schemas import Evaluations, Games, Growth, Policies
 
 pytestmark = pytest.mark.slow
 

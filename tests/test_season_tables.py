@@ -4,11 +4,11 @@ import polars as pl
 import pytest
 from support.rows import MATCH
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.studies.seasons import table3
-from pipeline.studies.seasons.settings import Season, SeasonSettings
-from pipeline.studies.seasons.tables import game_row, growth_rows, states_played
-from schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions, StatesPlayed
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.studies.seasons import table3
+from pitchlore.pipeline.studies.seasons.settings import Season, SeasonSettings
+from pitchlore.pipeline.studies.seasons.tables import game_row, growth_rows, states_played
+from pitchlore.schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions, StatesPlayed
 
 #: The season and the number of the game; the state key is full36.
 GAME = Season(name="paper", opponent="static", seed=3, settings=SeasonSettings(lead=5, lead_from=2)), 2

@@ -16,9 +16,9 @@ from support.processes import alive, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
-from flows.server import Keeper, Kept, Process, ServerFailed
-from flows.serving import serving
-from pipeline.store.sealed import pretty
+from pitchlore.flows.server import Keeper, Kept, Process, ServerFailed
+from pitchlore.flows.serving import serving
+from pitchlore.pipeline.store.sealed import pretty
 
 pytestmark = pytest.mark.slow
 

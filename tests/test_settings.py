@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipeline.base.errors import BadSettings
-from pipeline.settings import RoundSettings, RunSettings, Settings, parse_settings
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.settings import RoundSettings, RunSettings, Settings, parse_settings
 
 
 def test_defaults():

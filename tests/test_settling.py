@@ -6,17 +6,24 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pipeline.studies.paradigms import runner
-from pipeline.studies.paradigms.curves import Curve
-from pipeline.studies.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
-from pipeline.studies.paradigms.games import matrix
-from pipeline.studies.paradigms.rules.iq import IQ
-from pipeline.studies.paradigms.rules.jaq import JAQ
-from pipeline.studies.paradigms.rules.memory import memory_of
-from pipeline.studies.paradigms.rules.rules import number_of
-from pipeline.studies.paradigms.runner import Training, dynamics_of, learner_of, play, stream, trained
-from pipeline.studies.paradigms.settling import Settling, look
-from schemas import Paradigms
+from pitchlore.pipeline.studies.paradigms import runner
+from pitchlore.pipeline.studies.paradigms.curves import Curve
+from pitchlore.pipeline.studies.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
+from pitchlore.pipeline.studies.paradigms.games import matrix
+from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
+from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.studies.paradigms.rules.memory import memory_of
+from pitchlore.pipeline.studies.paradigms.rules.rules import number_of
+from pitchlore.pipeline.studies.paradigms.runner import (
+    Training,
+    dynamics_of,
+    learner_of,
+    play,
+    stream,
+    trained,
+)
+from pitchlore.pipeline.studies.paradigms.settling import Settling, look
+from pitchlore.schemas import Paradigms
 
 CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])
 RULE, PARAMS = number_of(JAQ()), JAQ().params(2)

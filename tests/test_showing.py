@@ -17,19 +17,19 @@ from support import vsss_messages
 from test_packets import REFEREE, T0, VISION, listed, vsss_packets
 from test_watch import in_a_process, send_to
 
-from flows import showing
-from flows.showing import Showing, show
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.drawing.painting import Robot, Snapshot
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.packets.recorder import Packet
-from pipeline.live.following import prepare
+from pitchlore.flows import showing
+from pitchlore.flows.showing import Showing, show
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.drawing.painting import Robot, Snapshot
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.live.following import prepare
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
 from support.window import key  # noqa: E402
 
-from pipeline.arena.window.screen import Board  # noqa: E402
+from pitchlore.pipeline.arena.window.screen import Board  # noqa: E402
 
 
 @pytest.fixture
@@ -120,7 +120,7 @@ def test_silence_is_said(monkeypatch: pytest.MonkeyPatch, bodies: int) -> None:
 @pytest.mark.parametrize("size", [(480, 460), (980, 860)])
 def test_many_robots_in_a_small_window(monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]) -> None:
     """The list takes at most two fifths of the height; the pitch stays, and who has no line is not listed."""
-    monkeypatch.setattr("pipeline.arena.window.screen.SIZE", size)
+    monkeypatch.setattr("pitchlore.pipeline.arena.window.screen.SIZE", size)
     robots = [Robot(side, i, (0.02 * i, 0.1), None, "moves randomly") for side in ("home", "away") for i in range(32)]
     with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 32) as board:
         board.show(Snapshot("play", (0, 0), (), robots))
@@ -189,7 +189,7 @@ def test_no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_pygame(tmp_path: Path) -> None:
     """The extra that the window needs is named, before anything is recorded."""
     done = subprocess.run(
-        [sys.executable, "-c", "import sys; sys.modules['pygame'] = None; from flows.cli import main; main(sys.argv[1:])",
+        [sys.executable, "-c", "import sys; sys.modules['pygame'] = None; from pitchlore.flows.cli import main; main(sys.argv[1:])",
          "watch", "vsss", "--replay", "--data", str(tmp_path)], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.strip().endswith("Install the extra pitchlore[play].")

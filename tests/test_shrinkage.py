@@ -9,15 +9,15 @@ import polars as pl
 import pyarrow.parquet
 import pytest
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.behaviours.select import select
-from pipeline.behaviours.shrinkage import valued
-from pipeline.knowledge import merge_behaviours
-from pipeline.numbers.estimates import estimated
-from pipeline.numbers.sums import exact
-from pipeline.settings import BehaviourSettings, RoundSettings
-from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
-from schemas import Behaviours, Grams
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.behaviours.select import select
+from pitchlore.pipeline.behaviours.shrinkage import valued
+from pitchlore.pipeline.knowledge import merge_behaviours
+from pitchlore.pipeline.numbers.estimates import estimated
+from pitchlore.pipeline.numbers.sums import exact
+from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
+from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pitchlore.schemas import Behaviours, Grams
 
 Z = 1.959964
 NEW = ("low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y")

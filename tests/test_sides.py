@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.settings import SideSettings, parse_settings
-from pipeline.sides import sides
-from pipeline.sides.teams import Record, Team, imitated, of_sides, of_teams, sides_of, teams
-from schemas import SIDES, Sides
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.settings import SideSettings, parse_settings
+from pitchlore.pipeline.sides import sides
+from pitchlore.pipeline.sides.teams import Record, Team, imitated, of_sides, of_teams, sides_of, teams
+from pitchlore.schemas import SIDES, Sides
 
 pytestmark = pytest.mark.unit
 

@@ -7,24 +7,24 @@ import json
 import numpy as np
 import pytest
 
-from flows import person, sitting
-from pipeline import matches as log
-from pipeline.arena.match.recipe import TeamSettings
-from pipeline.base.errors import BadSettings
-from pipeline.engine import games as loop
-from pipeline.engine.games import done, store_of
-from pipeline.engine.teams import entrant
-from pipeline.matches.frame import AWAY
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season, parse
-from schemas import Games
+from pitchlore.flows import person, sitting
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.recipe import TeamSettings
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine import games as loop
+from pitchlore.pipeline.engine.games import done, store_of
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.matches.frame import AWAY
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
+from pitchlore.schemas import Games
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
 from support.window import button, key, script, without_pygame  # noqa: E402
 
-from pipeline.arena.window.painting import Picture  # noqa: E402
-from pipeline.arena.window.screen import Window  # noqa: E402
+from pitchlore.pipeline.arena.window.painting import Picture  # noqa: E402
+from pitchlore.pipeline.arena.window.screen import Window  # noqa: E402
 
 pytestmark = pytest.mark.slow
 

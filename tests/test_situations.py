@@ -15,14 +15,14 @@ from support.literal import Found, recognise_literally
 from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.game.pitch import PITCHES, Kind, Pitch
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.recognise import recognise
-from pipeline.situations.rulebook import rule_table, term_table
-from pipeline.situations.rules import RULES, TABLE_1, Start
-from pipeline.trajectories.derive import trajectories
-from schemas import Situations
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.situations.rulebook import rule_table, term_table
+from pitchlore.pipeline.situations.rules import RULES, TABLE_1, Start
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import Situations
 
 VSSS = PITCHES[Kind.VSSS]
 DEFAULT = SituationSettings()
@@ -438,7 +438,7 @@ class TestProperties:
         table, _ = trajectories(imported(RSIM), TrajectorySettings())
         clip = table.filter(pl.col("t_ns") < 30 * 10**9)
         whole = recognise(clip, VSSS, DEFAULT)
-        monkeypatch.setattr("pipeline.situations.matching.REGISTERS", 3_000)
+        monkeypatch.setattr("pitchlore.pipeline.situations.matching.REGISTERS", 3_000)
         assert_frame_equal(whole, recognise(clip, VSSS, DEFAULT))
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from minisom import MiniSom
 
-from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, to_bytes, train
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, to_bytes, train
 
 CODES = np.array([1, 11, 21, 44, 46, 57, 88, 118, 184, 194])
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.base.errors import StorageFailed
-from pipeline.store.spool import Spool
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.store.spool import Spool
 
 
 @given(st.lists(st.binary(max_size=10_000)))

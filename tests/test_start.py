@@ -8,13 +8,13 @@ import sys
 
 import pytest
 
-from flows.cli import COMMANDS, GROUPS, command_line
-from pipeline.store import Store
+from pitchlore.flows.cli import COMMANDS, GROUPS, command_line
+from pitchlore.pipeline.store import Store
 
 #: Prints which of these packages a command has loaded.
 LOADED = """
 import sys
-from flows.cli import main
+from pitchlore.flows.cli import main
 *words, packages = sys.argv[1:]
 try:
     main(words)

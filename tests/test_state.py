@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.rows import MATCH, WORDS, S, bodies
 
-from pipeline.base.errors import BadSettings
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.state import (
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.state import (
     BinEdges,
     Observation,
     abstract_state,
@@ -21,9 +21,9 @@ from pipeline.state import (
     project,
     radix,
 )
-from pipeline.state.keys import columns, decode
-from pipeline.state.table import LEVELS, TABLE
-from schemas import KEYS, ROLES, SIDES, Referee
+from pitchlore.pipeline.state.keys import columns, decode
+from pitchlore.pipeline.state.table import LEVELS, TABLE
+from pitchlore.schemas import KEYS, ROLES, SIDES, Referee
 
 #: The paper's count of states (section 4).
 PAPER_STATES = 80_621_568

@@ -17,13 +17,13 @@ import dataframely as dy
 import polars as pl
 import pytest
 
-from pipeline.base.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
-from pipeline.store.verification import verify
-from pipeline.store.work import Made, Work
-from schemas import (
+from pitchlore.pipeline.base.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pitchlore.pipeline.store.verification import verify
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import (
     SIDES,
     Decisions,
     Goals,
@@ -144,7 +144,7 @@ def test_other_code(tmp_path, monkeypatch):
     """The same work done by other code keeps its receipt."""
     store = Store(tmp_path)
     first = put(store, 1)
-    monkeypatch.setattr("pipeline.store.outputs.software", lambda: "pitchlore 9.9+00000000")
+    monkeypatch.setattr("pitchlore.pipeline.store.outputs.software", lambda: "pitchlore 9.9+00000000")
     assert put(store, 1) == first
     assert put(store, 2).software == "pitchlore 9.9+00000000"
 
@@ -246,7 +246,7 @@ def test_killed_writer(tmp_path):
     script = textwrap.dedent("""
         import os, signal, sys
         from pathlib import Path
-        from pipeline.store import Store
+        from pitchlore.pipeline.store import Store
         store = Store(Path(sys.argv[1]))
         path = next(Path(sys.argv[1]).glob("goals/*.parquet"))
         with store.aside(path) as temporary:
@@ -326,7 +326,7 @@ def test_emitters_at_once(tmp_path):
         sys.path.insert(0, sys.argv[3])
         from pathlib import Path
         from test_store import put_version
-        from pipeline.store import Store
+        from pitchlore.pipeline.store import Store
         for _ in range(5):
             put_version(Store(Path(sys.argv[1])), int(sys.argv[2]))
     """)
@@ -351,7 +351,7 @@ def test_claim_of_killed(tmp_path):
     script = textwrap.dedent("""
         import os, signal, sys
         from pathlib import Path
-        from pipeline.store import Store
+        from pitchlore.pipeline.store import Store
         with Store(Path(sys.argv[1])).claim("knowledge"):
             os.kill(os.getpid(), signal.SIGKILL)
     """)

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from support.toy_pitch import step
 from support.toy_scenes import M, mirrored, splitmix, view_of, views
 
-from pipeline.arena.teams import counter, pressing, static
-from pipeline.arena.teams.people import People
-from pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.arena.teams import counter, pressing, static
+from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.game.bodies import BALL, X, Y
 
 PACKED = M.packed()
 KEEPER = (-0.70, 0.0, math.pi / 2)

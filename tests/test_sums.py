@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
-from pipeline.numbers.sums import added_up, exact
+from pitchlore.pipeline.numbers.sums import added_up, exact
 
 pytestmark = pytest.mark.unit
 

@@ -8,21 +8,21 @@ import pytest
 from support.toy_scenes import view_of
 from support.watched import Watched
 
-from flows.cli import main
-from pipeline.arena.match.controllers import controller_of, controllers_of
-from pipeline.arena.match.human import DriveCommand, HumanController
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.table import SCRIPTED, TEAMS
-from pipeline.base.errors import BadSettings
-from pipeline.engine.teams import entrant, learned_team
-from pipeline.live.encoding import Wheels
-from pipeline.live.remote import RemoteController
-from pipeline.store import Store
-from schemas import ROLES
-from schemas.seasons import OPPONENTS, PERSON
-from schemas.table import STAND_INS
+from pitchlore.flows.cli import main
+from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
+from pitchlore.pipeline.arena.match.human import DriveCommand, HumanController
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.teams import entrant, learned_team
+from pitchlore.pipeline.live.encoding import Wheels
+from pitchlore.pipeline.live.remote import RemoteController
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.seasons import OPPONENTS, PERSON
+from pitchlore.schemas.table import STAND_INS
 
 every_team = pytest.mark.parametrize("name", TEAMS)
 

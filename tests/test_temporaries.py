@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.base.errors import StorageFailed
-from pipeline.store import Store, temporaries
-from pipeline.store.receipts import Receipt
-from pipeline.store.sealed import read_model, sealed
-from pipeline.store.temporaries import beside, machine
-from pipeline.store.work import Made, Work
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.store import Store, temporaries
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.store.temporaries import beside, machine
+from pitchlore.pipeline.store.work import Made, Work
 
 #: No process has this number: Linux's are at most 2**22.
 NOBODY = (1 << 22) + 1

@@ -13,13 +13,13 @@ from polars.testing import assert_frame_equal
 from support.logs import make_log, ns
 from support.recordings import read
 
-from pipeline.base.errors import DamagedLog
-from pipeline.game.pitch import Kind
-from pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories.derive import trajectories
-from pipeline.trajectories.timeline import order_samples
-from schemas import Quality, Trajectories
+from pitchlore.pipeline.base.errors import DamagedLog
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.trajectories.timeline import order_samples
+from pitchlore.schemas import Quality, Trajectories
 
 DEFAULT = TrajectorySettings()
 

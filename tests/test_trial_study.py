@@ -9,10 +9,10 @@ from studies import trial
 from studies.looking import cells
 from studies.trial import FIRST, WHOLE, Chooser, Trial, differences, earned, seconds, worth_of
 
-from pipeline.arena.env import BEHAVIOURS, ParallelMatch
-from pipeline.arena.teams.appraising import Appraiser, appraiser_of
-from schemas import ROLES, Appraisals
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch
+from pitchlore.pipeline.arena.teams.appraising import Appraiser, appraiser_of
+from pitchlore.schemas import ROLES, Appraisals
+from pitchlore.schemas.sights import SIGHT
 
 TRIAL = FIRST["looking-held"]
 WAYS = TRIAL.ways

@@ -6,12 +6,12 @@ import shutil
 
 import pytest
 
-from flows.cli import main
-from pipeline.base.errors import BadRecording
-from pipeline.engine.stage import Per
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
+from pitchlore.flows.cli import main
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
 
 
 @pytest.fixture

@@ -11,20 +11,20 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 from support.rows import MATCH, S, bodies, consecutive, situations
 from threadpoolctl import threadpool_limits
 
-from pipeline.engine import models as flow
-from pipeline.engine.stage import Output, Scope
-from pipeline.engine.stages import STAGES
-from pipeline.game.pitch import PITCHES, SCALES, Kind
-from pipeline.numbers import trees
-from pipeline.settings import ModelSettings, MomentSettings, ValueSettings
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
-from pipeline.values.fitting import fit, grow
-from pipeline.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
-from pipeline.values.moments import Ball, Robots, features, moments
-from pipeline.values.worths import values, worths
-from schemas import Moments, Referee, Values, Worths
-from schemas.values import FEATURES, NAMED
+from pitchlore.pipeline.engine import models as flow
+from pitchlore.pipeline.engine.stage import Output, Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
+from pitchlore.pipeline.numbers import trees
+from pitchlore.pipeline.settings import ModelSettings, MomentSettings, ValueSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.pipeline.values.fitting import fit, grow
+from pitchlore.pipeline.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
+from pitchlore.pipeline.values.moments import Ball, Robots, features, moments
+from pitchlore.pipeline.values.worths import values, worths
+from pitchlore.schemas import Moments, Referee, Values, Worths
+from pitchlore.schemas.values import FEATURES, NAMED
 
 VSSS = PITCHES[Kind.VSSS]
 NAMES = list(FEATURES)

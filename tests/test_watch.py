@@ -24,17 +24,17 @@ from support.ssl_messages import integer, log
 from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
-from flows.cli import main
-from flows.commands.addresses import addressed
-from flows.watching import Watched, watch
-from pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
-from pipeline.engine.matches import WATCHING, inbox, useless
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LEAGUES, LeagueName
-from pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen
-from pipeline.live.sockets import Received, Receiver
-from pipeline.live.status import Status
-from pipeline.store import Store
+from pitchlore.flows.cli import main
+from pitchlore.flows.commands.addresses import addressed
+from pitchlore.flows.watching import Watched, watch
+from pitchlore.pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
+from pitchlore.pipeline.engine.matches import WATCHING, inbox, useless
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
+from pitchlore.pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen
+from pitchlore.pipeline.live.sockets import Received, Receiver
+from pitchlore.pipeline.live.status import Status
+from pitchlore.pipeline.store import Store
 
 HERE, THERE = ("10.0.0.1", 5000), ("10.0.0.2", 5000)
 T0 = 1_750_000_000_000_000_000

@@ -15,9 +15,9 @@ from conftest import ROOT, clip
 from support import trees
 from support.processes import COMMAND_LINE
 
-import pipeline
+from pitchlore import pipeline
 
-PACKAGES = ("pipeline", "flows", "schemas")
+PACKAGES = ("pipeline", "flows", "schemas")  # of pitchlore
 DATA = (".html", ".js", ".msg", ".toml", ".csv", ".typed")
 #: Every cell of every notebook, where the command put them.
 CELLS = """
@@ -81,12 +81,12 @@ def installed(wheel, tmp_path_factory) -> Installed:
 def test_files(wheel):
     """Every page, script, message, table and settings file of the packages is in the wheel, and the licence."""
     held = set(zipfile.ZipFile(wheel).namelist())
-    wanted = {path.relative_to(ROOT).as_posix() for package in PACKAGES for path in (ROOT / package).rglob("*")
-              if path.suffix in DATA or path.name == "py.typed"}
+    wanted = {f"pitchlore/{path.relative_to(ROOT).as_posix()}" for package in PACKAGES for path in (ROOT / package).rglob("*")
+              if path.suffix in DATA } | {"pitchlore/py.typed"}
     assert {Path(name).suffix for name in wanted} == set(DATA)
     assert wanted <= held
-    assert {f"flows/shipped/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= held
-    assert {name.split("/")[0] for name in held} == {*PACKAGES, f"pitchlore-{pipeline.__version__}.dist-info"}
+    assert {f"pitchlore/flows/shipped/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= held
+    assert {name.split("/")[0] for name in held} == {"pitchlore", f"pitchlore-{pipeline.__version__}.dist-info"}
     licences = f"pitchlore-{pipeline.__version__}.dist-info/licenses"
     assert {f"{licences}/LICENSE", f"{licences}/NOTICE"} <= held
     assert not [name for name in held if "__pycache__" in name or name.endswith((".png", ".jsonl"))]
@@ -95,7 +95,7 @@ def test_files(wheel):
 @pytest.mark.slow
 def test_away_from_the_checkout(installed, prefect_server):
     """Run, replay, season and the notebooks work from the wheel in an empty folder; the run brings its own server."""
-    where = installed.run("python", "-c", "import pipeline, flows, schemas; print(pipeline.__file__)")
+    where = installed.run("python", "-c", "import pitchlore; print(pitchlore.__file__)")
     assert not Path(where).is_relative_to(ROOT)
     assert Path(where).is_relative_to(installed.bin.parent)
     (installed.folder / "data" / "inbox").mkdir(parents=True)
@@ -116,7 +116,7 @@ def test_away_from_the_checkout(installed, prefect_server):
     copied = {path.name for path in (installed.folder / "notebooks").glob("*.ipynb")}
     assert copied == {path.name for path in (ROOT / "notebooks").glob("*.ipynb")}
     assert installed.run("python", "-c", CELLS).split() == sorted(copied)
-    studies = "from flows.shipped import shipped; print(*sorted(shipped('studies').rglob('*.csv')))"
+    studies = "from pitchlore.flows.shipped import shipped; print(*sorted(shipped('studies').rglob('*.csv')))"
     found = installed.run("python", "-c", studies).split()
     assert len(found) > 15
     assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)

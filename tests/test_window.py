@@ -11,23 +11,23 @@ import numpy as np
 import polars as pl
 import pytest
 
-from flows.cli import main
-from flows.person import PersonMatch
-from pipeline import matches as log
-from pipeline.arena.match.human import DriveCommand
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.store import Store
-from schemas import Matches, Referee
+from pitchlore.flows.cli import main
+from pitchlore.flows.person import PersonMatch
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.human import DriveCommand
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Matches, Referee
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
 from support.window import button, key, script, without_pygame  # noqa: E402
 
-from pipeline.arena.window import screen  # noqa: E402
-from pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
-from pipeline.arena.window.painting import Picture, WindowPainter  # noqa: E402
-from pipeline.arena.window.screen import MOST_DUE, Window  # noqa: E402
+from pitchlore.pipeline.arena.window import screen  # noqa: E402
+from pitchlore.pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
+from pitchlore.pipeline.arena.window.painting import Picture, WindowPainter  # noqa: E402
+from pitchlore.pipeline.arena.window.screen import MOST_DUE, Window  # noqa: E402
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -290,7 +290,7 @@ class TestPlay:
 
     def test_log_elsewhere(self, monkeypatch, capsys, tmp_path):
         """The log of a match can be imported into another data folder."""
-        from pipeline.engine.matches import Recording, import_recording
+        from pitchlore.pipeline.engine.matches import Recording, import_recording
 
         script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
         report, store, receipt, match = played(capsys, tmp_path / "here")
@@ -328,7 +328,7 @@ class TestPlay:
 
     def test_broken_off(self, monkeypatch, capsys, tmp_path):
         """An error that breaks the match off leaves its log for the next run."""
-        from pipeline.engine.matches import inbox
+        from pitchlore.pipeline.engine.matches import inbox
 
         def due(_):
             raise RuntimeError("the screen is gone")

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from support.processes import alive, eventually
 
-from pipeline.base.errors import StorageFailed, WorkerLost
-from pipeline.engine.placement.processes import Processes
+from pitchlore.pipeline.base.errors import StorageFailed, WorkerLost
+from pitchlore.pipeline.engine.placement.processes import Processes
 
 pytestmark = pytest.mark.slow
 
@@ -47,7 +47,7 @@ def wait(file):
 
 
 def wait_as_a_run(file):
-    import flows.scheduled  # noqa: F401 (what Prefect unpickles first in the process of a run)
+    import pitchlore.flows.scheduled  # noqa: F401 (what Prefect unpickles first in the process of a run)
 
     wait(file)
 
@@ -83,14 +83,14 @@ def test_killed_process(tmp_path):
 def test_processes_share_the_cores(monkeypatch):
     monkeypatch.setenv("POLARS_MAX_THREADS", "9")  # so that what it is set to is undone
     monkeypatch.delenv("POLARS_MAX_THREADS")
-    monkeypatch.setattr("pipeline.engine.placement.crew.cores", lambda: 6)
+    monkeypatch.setattr("pitchlore.pipeline.engine.placement.crew.cores", lambda: 6)
     with Processes(3) as workers:
         assert workers.run(threads_of_polars) == 2
 
 
 #: What a process is made to do for ever, by who made it: a command, or `serve` (as Prefect does it).
 FOR_EVER = {
-    "a command": "from pipeline.engine.placement.processes import Processes; from test_workers import wait\n"
+    "a command": "from pitchlore.pipeline.engine.placement.processes import Processes; from test_workers import wait\n"
                  "if __name__ == '__main__': Processes(2).run(wait, {0!r})",
     "serve": "import multiprocessing; from test_workers import wait_as_a_run\n"
              "if __name__ == '__main__': multiprocessing.get_context('spawn').Process(\n"

@@ -16,14 +16,14 @@ from studies.thousand import look
 from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 from support.by_attribute import body_by_body
 
-from pipeline.arena.physics.arena import Arena
-from pipeline.arena.physics.drive import publish
-from pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
-from pipeline.arena.physics.walls import walls
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.game.pitch import PITCHES, SCALES, Kind
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.arena.physics.drive import publish
+from pitchlore.pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
+from pitchlore.pipeline.arena.physics.walls import walls
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
 
 VSSS = PITCHES[Kind.VSSS]
 BALL_RADIUS = SCALES[Kind.VSSS].ball_radius
@@ -381,8 +381,8 @@ class TestBorders:
 
 FRESH = """
 import hashlib, numpy as np
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.arena.physics.arena import Arena
 arena, rng = Arena(PITCHES[Kind.VSSS], 3), np.random.default_rng(7)
 digest = hashlib.sha256()
 for _ in range(15):

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.base.errors import BadSettings
-from pipeline.importers.packets.streams import Stream
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.importers.packets.streams import Stream
 
 #: Option: addresses of single streams.
 At = Annotated[tuple[str, ...], Parameter(negative=(), show_default=False, help=(

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
-from flows.commands.match_id import chain_of
-from flows.commands.printing import console, print_json
-from pipeline.game.pitch import Pitch
-from pipeline.store import Store
-from pipeline.views.commentary import Commentary
-from pipeline.views.commentary import commentary as tell
-from pipeline.views.commentary.summary import heading, numbers
-from schemas import Goals, Matches, Passes, Possession, Referee, Shots, Situations, Trajectories
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
+from pitchlore.flows.commands.match_id import chain_of
+from pitchlore.flows.commands.printing import console, print_json
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.commentary import Commentary
+from pitchlore.pipeline.views.commentary import commentary as tell
+from pitchlore.pipeline.views.commentary.summary import heading, numbers
+from pitchlore.schemas import Goals, Matches, Passes, Possession, Referee, Shots, Situations, Trajectories
 
 
 def commentary(

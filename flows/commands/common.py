@@ -8,12 +8,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.base.errors import NotFound
-from pipeline.engine.placement.places import VARIABLE
-from pipeline.settings import RunSettings, parse_settings
-from pipeline.store import Store
-from pipeline.store.files import Files
-from pipeline.store.paths import check_root
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.placement.places import VARIABLE
+from pitchlore.pipeline.settings import RunSettings, parse_settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.paths import check_root
 
 #: Any of these makes a folder a data folder.
 _SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",

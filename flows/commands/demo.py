@@ -7,30 +7,30 @@ from pathlib import Path
 import polars as pl
 from rich.console import Console
 
-from flows.commands.commentary import told_of
-from flows.commands.common import DEFAULTS, Common
-from flows.commands.import_ import bring_in
-from flows.commands.printing import bars, console, print_frame, spelt
-from flows.commands.replay import write_page
-from flows.commands.run import bring_up_to_date
-from flows.report import write_report
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.base.errors import PitchloreError
-from pipeline.engine import games as loop
-from pipeline.engine.catalog import refresh
-from pipeline.engine.knowledge import imitates, of_imitated
-from pipeline.engine.matches import with_map
-from pipeline.engine.record import record
-from pipeline.engine.teams import entrant
-from pipeline.numbers.estimates import BY_EVIDENCE
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.studies.seasons.settings import Season, named
-from pipeline.views.scout.content.write import write as scouted
-from schemas import Behaviours
+from pitchlore.flows.commands.commentary import told_of
+from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.import_ import bring_in
+from pitchlore.flows.commands.printing import bars, console, print_frame, spelt
+from pitchlore.flows.commands.replay import write_page
+from pitchlore.flows.commands.run import bring_up_to_date
+from pitchlore.flows.report import write_report
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.engine import games as loop
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
+from pitchlore.pipeline.engine.matches import with_map
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.studies.seasons.settings import Season, named
+from pitchlore.pipeline.views.scout.content.write import write as scouted
+from pitchlore.schemas import Behaviours
 
 SAMPLE = Path("data/samples/rsim-vss-3v3.parquet")
 _MINUTES = 4.0

@@ -8,12 +8,12 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.types import PositiveFloat, PositiveInt
 
-from flows.commands.addresses import At, Interface, addressed, listening_to
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
-from flows.commands.printing import console, print_json, say
-from flows.driving import drive
-from pipeline.live.driver import Colour, Job, Protocol, streams_of
+from pitchlore.flows.commands.addresses import At, Interface, addressed, listening_to
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
+from pitchlore.flows.commands.printing import console, print_json, say
+from pitchlore.flows.driving import drive
+from pitchlore.pipeline.live.driver import Colour, Job, Protocol, streams_of
 
 
 def drive_robots(

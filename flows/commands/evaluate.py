@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 import polars as pl
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Json, On
-from flows.commands.playing import (
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.playing import (
     AS_LEARNED,
     AS_USUAL,
     MINUTES,
@@ -23,20 +23,20 @@ from flows.commands.playing import (
     Seed,
     option,
 )
-from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
-from pipeline.arena.match.recipe import slug
-from pipeline.arena.teams.panel import PANEL
-from pipeline.base.errors import BadSettings
-from pipeline.engine.catalog import renew
-from pipeline.engine.evaluations import evaluate
-from pipeline.engine.placement.places import crew_at
-from pipeline.engine.progress import listener
-from pipeline.engine.teams import entrant
-from pipeline.store import Store
-from pipeline.store.receipts import software
-from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise
-from schemas import note_on
-from schemas.evaluations import minutes_of, word_of
+from pitchlore.flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
+from pitchlore.pipeline.arena.match.recipe import slug
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.engine.progress import listener
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import software
+from pitchlore.pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise
+from pitchlore.schemas import note_on
+from pitchlore.schemas.evaluations import minutes_of, word_of
 
 #: What is said of a team against itself.
 _OF_ITSELF = "is the same team: its home side is measured, in matches with seeds of their own."

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.match_id import chain_of
-from flows.commands.printing import console, print_json
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from schemas import Possession, Situations, Trajectories
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.match_id import chain_of
+from pitchlore.flows.commands.printing import console, print_json
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.schemas import Possession, Situations, Trajectories
 
 if TYPE_CHECKING:
-    from pipeline.views.exports.content import Content
+    from pitchlore.pipeline.views.exports.content import Content
 
 Word = Literal["csv", "parquet", "kloppy", "floodlight", "foxglove", "rerun"]
 
@@ -34,7 +34,7 @@ def export(
         json: Print JSON.
         common: Options of every command.
     """
-    from pipeline.views.exports.formats import FORMATS  # noqa: PLC0415 (numba's code is loaded with some)
+    from pitchlore.pipeline.views.exports.formats import FORMATS  # noqa: PLC0415 (numba's code is loaded with some)
 
     store, chosen = common.existing, FORMATS[to]
     log, made = chain_of(store, match, *chosen.needs)
@@ -56,8 +56,8 @@ def export(
 
 def _content(store: Store, log: Receipt, made: dict[str, Receipt]) -> Content:
     """The match's log, and those of its tables that are needed."""
-    from pipeline import matches  # noqa: PLC0415 (see export)
-    from pipeline.views.exports.content import Content  # noqa: PLC0415 (see export)
+    from pitchlore.pipeline import matches  # noqa: PLC0415 (see export)
+    from pitchlore.pipeline.views.exports.content import Content  # noqa: PLC0415 (see export)
 
     tables = {
         name: store.read_table(made[noun], name, schema)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from flows.commands.common import DEFAULTS, Common
-from flows.commands.match_id import find_match
-from flows.commands.printing import console
-from pipeline.engine.catalog import forget_match, renew
+from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.match_id import find_match
+from pitchlore.flows.commands.printing import console
+from pitchlore.pipeline.engine.catalog import forget_match, renew
 
 
 def forget(match: str, *, common: Common = DEFAULTS) -> None:

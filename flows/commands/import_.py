@@ -9,20 +9,20 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import console, print_failed, print_frame, print_json
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.engine.catalog import refresh_into
-from pipeline.engine.matches import Recording, all_here, with_map
-from pipeline.engine.placement.places import place_of
-from pipeline.engine.progress import StageReport
-from pipeline.importers.football.providers import PROVIDERS, provider_of
-from pipeline.importers.readers import FORMATS
-from pipeline.settings import HistorySettings, ImportSettings
-from pipeline.store import Store
-from pipeline.store.buckets import check_local
-from schemas import SIDES
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.engine.catalog import refresh_into
+from pitchlore.pipeline.engine.matches import Recording, all_here, with_map
+from pitchlore.pipeline.engine.placement.places import place_of
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.importers.football.providers import PROVIDERS, provider_of
+from pitchlore.pipeline.importers.readers import FORMATS
+from pitchlore.pipeline.settings import HistorySettings, ImportSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.buckets import check_local
+from pitchlore.schemas import SIDES
 
 
 def import_files(
@@ -82,7 +82,7 @@ def bring_in(
     report = all_here(store, recordings, limits)
     if report is None:
         with orchestrated(store) as begin:
-            from flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
+            from pitchlore.flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
             report = StageReport.model_validate(matches_flow(store.root, recordings, limits, on, history))

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_frame, print_json, spelt
-from flows.commands.verify import conclude
-from pipeline.base.errors import NotFound
-from pipeline.engine.knowledge import imitates
-from pipeline.engine.verify import verify_knowledge
-from pipeline.numbers.estimates import BY_EVIDENCE
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest
-from schemas import Behaviours, Occasions
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.printing import console, print_frame, print_json, spelt
+from pitchlore.flows.commands.verify import conclude
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.knowledge import imitates
+from pitchlore.pipeline.engine.verify import verify_knowledge
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.schemas import Behaviours, Occasions
 
 
 def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
@@ -86,7 +86,7 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         json: Print JSON.
         common: Options of every command.
     """
-    from pipeline.knowledge import diff as difference  # noqa: PLC0415 (it loads numba, which no other kb needs)
+    from pitchlore.pipeline.knowledge import diff as difference  # noqa: PLC0415 (it loads numba, which no other kb needs)
 
     store = common.existing
     manifests = [store.manifest("knowledge", v) for v in (before, _newest(store) if after is None else after)]

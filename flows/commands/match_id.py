@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pipeline.base.errors import NotFound
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
 
 
 def chain_of(store: Store, match: str, *nouns: str) -> tuple[Receipt, dict[str, Receipt]]:

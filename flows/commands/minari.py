@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_json
-from pipeline.base.errors import NotFound
-from pipeline.engine.knowledge import learned_from, lineage, sha256_of
-from pipeline.engine.stage import ALL
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from schemas import Decisions
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.printing import console, print_json
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.knowledge import learned_from, lineage, sha256_of
+from pitchlore.pipeline.engine.stage import ALL
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.schemas import Decisions
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -64,7 +64,7 @@ def _datasets() -> ModuleType:
         NotFound: if it is not installed.
     """
     try:
-        from pipeline.views import datasets  # noqa: PLC0415
+        from pitchlore.pipeline.views import datasets  # noqa: PLC0415
     except ModuleNotFoundError as error:
         if error.name not in ("minari", "gymnasium", "h5py"):
             raise

@@ -10,13 +10,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common
-from flows.commands.printing import console
-from flows.shipped import shipped
-from pipeline.base.errors import NotFound
-from pipeline.store import Store
-from pipeline.store.files import Files
-from pipeline.store.paths import check_folder
+from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.printing import console
+from pitchlore.flows.shipped import shipped
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.paths import check_folder
 
 
 def notebooks(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from flows.commands.printing import bars, warn
-from flows.serving import serving
-from pipeline.engine.progress import listener
-from pipeline.store import Store
+from pitchlore.flows.commands.printing import bars, warn
+from pitchlore.flows.serving import serving
+from pitchlore.pipeline.engine.progress import listener
+from pitchlore.pipeline.store import Store
 
 
 @contextmanager

@@ -13,20 +13,20 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import console, print_frame, print_json, warn
-from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
-from pipeline.engine.outputs import need
-from pipeline.engine.placement.places import place_of
-from pipeline.engine.progress import StageReport
-from pipeline.numbers.statistics import wilson
-from pipeline.store import Store
-from pipeline.studies.paradigms.claims import PEAK
-from pipeline.studies.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
-from pipeline.studies.paradigms.measures import PRINTED, fresh_leads
-from pipeline.studies.paradigms.runner import warm_up
-from schemas import Verdicts
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
+from pitchlore.flows.paradigms import FigureReport, paradigms_flow, points_of, reports
+from pitchlore.pipeline.engine.outputs import need
+from pitchlore.pipeline.engine.placement.places import place_of
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.paradigms.claims import PEAK
+from pitchlore.pipeline.studies.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
+from pitchlore.pipeline.studies.paradigms.measures import PRINTED, fresh_leads
+from pitchlore.pipeline.studies.paradigms.runner import warm_up
+from pitchlore.schemas import Verdicts
 
 FigureName = Literal["4", "5", "6", "7"]
 

@@ -7,20 +7,20 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.playing import AS_USUAL, Playing, WhoPlays
-from flows.commands.printing import console, print_json, print_stand_in
-from flows.person import PersonMatch
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.window import window_class
-from pipeline.base.errors import BadSettings
-from pipeline.engine.catalog import renew
-from pipeline.engine.record import is_played, recording, unplayed
-from pipeline.engine.teams import entrant
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.store import Store
-from schemas import SIDES, note_on
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.playing import AS_USUAL, Playing, WhoPlays
+from pitchlore.flows.commands.printing import console, print_json, print_stand_in
+from pitchlore.flows.person import PersonMatch
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.window import window_class
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.record import is_played, recording, unplayed
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import SIDES, note_on
 
 # A person's match is short, unless they ask for more.
 _MINUTES = 2.0

@@ -12,16 +12,16 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveInt
 from cyclopts.validators import Number
 
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import MatchSettings, match_settings
-from pipeline.arena.teams.clock import ClockSettings
-from pipeline.arena.teams.constant import BEST, constant
-from pipeline.arena.teams.table import SCRIPTED
-from pipeline.base.errors import BadSettings
-from pipeline.base.toml import over, tables
-from pipeline.engine.teams import entrant, playing
-from pipeline.store import Store
-from pipeline.studies.evaluations import Entrant
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, match_settings
+from pitchlore.pipeline.arena.teams.clock import ClockSettings
+from pitchlore.pipeline.arena.teams.constant import BEST, constant
+from pitchlore.pipeline.arena.teams.table import SCRIPTED
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.toml import over, tables
+from pitchlore.pipeline.engine.teams import entrant, playing
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.evaluations import Entrant
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (

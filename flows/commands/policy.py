@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
-from flows.commands.printing import console, print_frame, print_json
-from pipeline.base.errors import NotFound
-from pipeline.engine.policies import looks
-from pipeline.views.scout.words import of_behaviour
-from schemas import States
-from schemas.table import KEYS, ROLES
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
+from pitchlore.flows.commands.printing import console, print_frame, print_json
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.policies import looks
+from pitchlore.pipeline.views.scout.words import of_behaviour
+from pitchlore.schemas import States
+from pitchlore.schemas.table import KEYS, ROLES
 
 
 def show(

@@ -16,10 +16,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.base.text import printable
-from pipeline.situations.rules import TABLE_1
-from pipeline.store import Store
-from schemas import note_on
+from pitchlore.pipeline.base.text import printable
+from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import note_on
 
 
 def warn(line: str) -> None:

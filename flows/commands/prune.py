@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from flows.commands.common import DEFAULTS, Common
-from flows.commands.printing import console
-from pipeline.base.errors import StorageFailed
-from pipeline.engine.catalog import renew
-from pipeline.engine.stages import STAGES
-from pipeline.store.leftovers import prune_versions
+from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.printing import console
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store.leftovers import prune_versions
 
 
 def prune(*, common: Common = DEFAULTS) -> None:

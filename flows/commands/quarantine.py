@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
-from flows.commands.printing import console, print_frame, print_json
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
+from pitchlore.flows.commands.printing import console, print_frame, print_json
 
 
 def quarantine(

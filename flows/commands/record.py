@@ -7,21 +7,21 @@ from typing import Literal
 
 import polars as pl
 
-from flows.commands.addresses import At, Interface, addressed
-from flows.commands.common import DEFAULTS, Common, Json, On
-from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
-from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
-from flows.simulating import STREAMS, simulate
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import Recipe
-from pipeline.base.errors import BadSettings, PitchloreError
-from pipeline.engine.catalog import renew
-from pipeline.engine.placement.pieces import spread
-from pipeline.engine.placement.places import crew_at
-from pipeline.engine.record import record_match, unplayed
-from pipeline.importers.packets.streams import Stream
-from pipeline.store import Store
-from schemas import Matches, note_on
+from pitchlore.flows.commands.addresses import At, Interface, addressed
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
+from pitchlore.flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
+from pitchlore.flows.simulating import STREAMS, simulate
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.errors import BadSettings, PitchloreError
+from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.placement.pieces import spread
+from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.engine.record import record_match, unplayed
+from pitchlore.pipeline.importers.packets.streams import Stream
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Matches, note_on
 
 
 def record_matches(

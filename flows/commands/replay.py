@@ -7,17 +7,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.commentary import told_of
-from flows.commands.common import DEFAULTS, Common
-from flows.commands.match_id import chain_of
-from flows.commands.printing import console, print_stand_in
-from pipeline.game.pitch import Pitch
-from pipeline.settings import GramSettings
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from pipeline.views.replay import page
-from pipeline.views.replay.animation import animation, seconds_shown
-from schemas import Goals, Matches, Passes, Referee, Shots, Situations, Trajectories
+from pitchlore.flows.commands.commentary import told_of
+from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.match_id import chain_of
+from pitchlore.flows.commands.printing import console, print_stand_in
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.views.replay import page
+from pitchlore.pipeline.views.replay.animation import animation, seconds_shown
+from pitchlore.schemas import Goals, Matches, Passes, Referee, Shots, Situations, Trajectories
 
 
 def replay(

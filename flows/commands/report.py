@@ -7,20 +7,20 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Json, On
-from flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
-from flows.report import damaged, write_report
-from pipeline.engine.catalog import renew
-from pipeline.engine.placement.places import crew_at
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER
-from pipeline.studies.seasons.kickoffs import kick_offs
-from pipeline.studies.seasons.preferences import side_by_side
-from pipeline.studies.seasons.sensitivity import sensitivity, varied
-from pipeline.studies.seasons.summary import ablated, compared, measured, played
-from pipeline.studies.seasons.table3 import GAMES
-from schemas import Claims, note_on
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
+from pitchlore.flows.report import damaged, write_report
+from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER
+from pitchlore.pipeline.studies.seasons.kickoffs import kick_offs
+from pitchlore.pipeline.studies.seasons.preferences import side_by_side
+from pitchlore.pipeline.studies.seasons.sensitivity import sensitivity, varied
+from pitchlore.pipeline.studies.seasons.summary import ablated, compared, measured, played
+from pitchlore.pipeline.studies.seasons.table3 import GAMES
+from pitchlore.schemas import Claims, note_on
 
 
 def report(

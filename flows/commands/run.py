@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 import polars as pl
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import (
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.printing import (
     console,
     print_failed,
     print_frame,
@@ -20,18 +20,18 @@ from flows.commands.printing import (
     print_training,
     spelt,
 )
-from pipeline.base.errors import StorageFailed
-from pipeline.engine.catalog import catalog_path, refresh_after
-from pipeline.engine.history import Note
-from pipeline.engine.knowledge import imitates, of_imitated
-from pipeline.engine.placement.places import place_of, placed
-from pipeline.engine.progress import RunReport
-from pipeline.engine.stage import ALL
-from pipeline.game.pitch import Kind
-from pipeline.numbers.estimates import BY_EVIDENCE
-from pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
-from pipeline.store import Store
-from schemas import Behaviours
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.engine.catalog import catalog_path, refresh_after
+from pitchlore.pipeline.engine.history import Note
+from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
+from pitchlore.pipeline.engine.placement.places import place_of, placed
+from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.stage import ALL
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Behaviours
 
 
 def run(
@@ -83,13 +83,13 @@ def bring_up_to_date(
 ) -> RunReport:
     """Run all stages. Prefect starts only if something is new."""
     place_of(on)  # so that a word that names none is refused at once
-    from pipeline.engine.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
+    from pitchlore.pipeline.engine.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
 
     note = Note("run")
     report = nothing_new(store, settings, limits, train=train)
     if report is None:
         with orchestrated(store) as begin:
-            from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
+            from pitchlore.flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
             done = run_flow(store.root, None, settings, train, limits, on, history, scout)
@@ -97,7 +97,7 @@ def bring_up_to_date(
     else:
         refresh_after(store, report)
         if scout.refresh:
-            from pipeline.views.scout.content.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
+            from pitchlore.pipeline.views.scout.content.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
 
             with placed(on, store.root):
                 write_after(store, report)

@@ -8,11 +8,11 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_failed, print_frame, print_json, warn
-from pipeline.base.errors import NotFound
-from pipeline.engine.costs import Cost, mebibytes
-from pipeline.engine.history import Entry, log
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, warn
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.costs import Cost, mebibytes
+from pitchlore.pipeline.engine.history import Entry, log
 
 Count = Annotated[int, Parameter(validator=Number(gte=1))]
 

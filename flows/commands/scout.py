@@ -8,9 +8,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Flag, On
-from flows.commands.printing import console
-from pipeline.engine.placement.places import placed
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, On
+from pitchlore.flows.commands.printing import console
+from pitchlore.pipeline.engine.placement.places import placed
 
 
 def scout(
@@ -28,7 +28,7 @@ def scout(
         on: Where pages are made.
         common: Options of every command.
     """
-    from pipeline.views.scout.content.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
+    from pitchlore.pipeline.views.scout.content.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
 
     store = common.existing
     with placed(on, store.root):

@@ -12,22 +12,22 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from flows.commands.orchestrated import orchestrated
-from flows.commands.playing import Seed
-from flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
-from flows.sitting import check_person_can_play, sit
-from pipeline.arena.window import window_class
-from pipeline.base.errors import BadSettings, CorruptFile
-from pipeline.engine.catalog import refresh_into
-from pipeline.engine.games import next_of
-from pipeline.engine.placement.places import place_of
-from pipeline.engine.progress import StageReport
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
-from schemas import Games, note_on
-from schemas.seasons import OPPONENTS, PERSON, Opponent
-from schemas.table import SLUG
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.playing import Seed
+from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
+from pitchlore.flows.sitting import check_person_can_play, sit
+from pitchlore.pipeline.arena.window import window_class
+from pitchlore.pipeline.base.errors import BadSettings, CorruptFile
+from pitchlore.pipeline.engine.catalog import refresh_into
+from pitchlore.pipeline.engine.games import next_of
+from pitchlore.pipeline.engine.placement.places import place_of
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
+from pitchlore.schemas import Games, note_on
+from pitchlore.schemas.seasons import OPPONENTS, PERSON, Opponent
+from pitchlore.schemas.table import SLUG
 
 #: Option: the opponents.
 WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), show_default=False, help=(
@@ -110,7 +110,7 @@ def _by_flow(
                           next_step="Leave it out, or name --opponent person")
     place_of(on)  # so that a word that names none is refused at once
     with orchestrated(store) as begin:
-        from flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
+        from pitchlore.flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
 
         begin()
         return StageReport.model_validate(season_flow(store.root, wanted, discard, on))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
-from flows.commands.common import DEFAULTS, Common, On
-from flows.commands.printing import console, warn
-from flows.server import Keeper
-from flows.serving import serving, there_is_one
-from pipeline.base.errors import BadSettings
-from pipeline.engine.placement.places import place_of
+from pitchlore.flows.commands.common import DEFAULTS, Common, On
+from pitchlore.flows.commands.printing import console, warn
+from pitchlore.flows.server import Keeper
+from pitchlore.flows.serving import serving, there_is_one
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.placement.places import place_of
 
 #: Name of the deployment.
 NAME = "pitchlore"
@@ -37,7 +37,7 @@ def serve(
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
     from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
 
-    from flows.scheduled import scheduled_run  # noqa: PLC0415
+    from pitchlore.flows.scheduled import scheduled_run  # noqa: PLC0415
 
     bad = BadSettings(f"{cron!r} is not a schedule", where="--cron",
                       next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"')

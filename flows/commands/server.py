@@ -8,9 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_json
-from flows.server import Keeper
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.printing import console, print_json
+from pitchlore.flows.server import Keeper
 
 Port = Annotated[int, Parameter(validator=Number(gte=0, lte=65_535))]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
-from flows.commands.printing import console, print_frame, print_json
-from pipeline.game.pitch import Kind
-from pipeline.situations.rulebook import rule_table, term_table
-from pipeline.views.plots.matches import memberships
-from pipeline.views.plots.style import png
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
+from pitchlore.flows.commands.printing import console, print_frame, print_json
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.situations.rulebook import rule_table, term_table
+from pitchlore.pipeline.views.plots.matches import memberships
+from pitchlore.pipeline.views.plots.style import png
 
 
 def situations(

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
-from flows.commands.printing import console, print_csv, print_frame, print_json, warn
-from pipeline.base.errors import BadQuery, BadSettings, NotFound
-from pipeline.engine.catalog import distrust, refresh
-from pipeline.store import Store
-from pipeline.store.query import ask
-from schemas import PUBLIC
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
+from pitchlore.flows.commands.printing import console, print_csv, print_frame, print_json, warn
+from pitchlore.pipeline.base.errors import BadQuery, BadSettings, NotFound
+from pitchlore.pipeline.engine.catalog import distrust, refresh
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.schemas import PUBLIC
 
 #: Rows of an answer that are laid out for people: a table of millions would take all memory.
 MOST_ROWS = 1_000

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import console, print_json, print_training
-from pipeline.engine.catalog import renew
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.printing import console, print_json, print_training
+from pitchlore.pipeline.engine.catalog import renew
 
 
 def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
@@ -20,7 +20,7 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
     """
     store, chosen = common.store, common.settings(settings)
     with orchestrated(store) as begin:
-        from flows.tasks import flow_of  # noqa: PLC0415 (see orchestrated)
+        from pitchlore.flows.tasks import flow_of  # noqa: PLC0415 (see orchestrated)
 
         begin()
         done = flow_of("policies")(store.root, chosen, history=chosen.history)

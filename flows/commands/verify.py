@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_json
-from pipeline.engine.catalog import distrust
-from pipeline.engine.verify import backup_at, mend, verify_all
-from pipeline.store import Store
-from pipeline.store.verification import Verification
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.printing import console, print_json
+from pitchlore.pipeline.engine.catalog import distrust
+from pitchlore.pipeline.engine.verify import backup_at, mend, verify_all
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.verification import Verification
 
 
 def verify(*, restore_from: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:

@@ -9,12 +9,12 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.types import PositiveFloat
 
-from flows.commands.addresses import At, Interface, addressed, listening_to
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_json, say
-from flows.showing import Showing
-from flows.watching import Watched, watch
-from pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
+from pitchlore.flows.commands.addresses import At, Interface, addressed, listening_to
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.printing import console, print_json, say
+from pitchlore.flows.showing import Showing
+from pitchlore.flows.watching import Watched, watch
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
 
 
 def watch_match(

@@ -10,6 +10,6 @@ _IN_CHECKOUT = {"notebooks": "notebooks", "studies": "data/studies"}
 
 def shipped(name: Literal["notebooks", "studies"]) -> Path:
     """Folder of the shipped files of this name."""
-    here = Path(str(files(__name__)))
+    here = Path(str(files(__name__))).resolve()  # a checkout reaches it by a link
     in_wheel = here / name
     return in_wheel if in_wheel.is_dir() else here.parents[1] / _IN_CHECKOUT[name]

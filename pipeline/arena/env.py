@@ -32,19 +32,19 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from pipeline.arena.match.controllers import LearnedTeam
-from pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode, Side
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.observation import LIMIT, length
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.arena.match.sides import Sides
-from pipeline.arena.match.sighted import NUMBERS
-from pipeline.arena.teams.executors.actions import CODES
-from pipeline.arena.window.rendering import Rendering
-from pipeline.base.errors import BadSettings
-from pipeline.base.toml import fitted
-from pipeline.numbers.arrays import F32
-from schemas import SIDES
+from pitchlore.pipeline.arena.match.controllers import LearnedTeam
+from pitchlore.pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode, Side
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.observation import LIMIT, length
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.match.sides import Sides
+from pitchlore.pipeline.arena.match.sighted import NUMBERS
+from pitchlore.pipeline.arena.teams.executors.actions import CODES
+from pitchlore.pipeline.arena.window.rendering import Rendering
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.numbers.arrays import F32
+from pitchlore.schemas import SIDES
 
 __all__ = ["BEHAVIOURS", "ID", "EnvSettings", "ParallelMatch", "TeamEnv", "env", "parallel_env"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipeline.base.text import printable
+from pitchlore.pipeline.base.text import printable
 
 #: Most characters of a part of an error: a recording's own text may be in it.
 _CHARACTERS = 500

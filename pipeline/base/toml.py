@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.errors import BadSettings
 
 M = TypeVar("M", bound=BaseModel)
 #: Most characters of a settings file, and of a line of it.

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 import polars as pl
 
-from pipeline.numbers.arrays import Bools
-from pipeline.numbers.sums import added_up, exact
-from pipeline.sequences.windows import codes_of, instances, mark, owner_of, role_of, windows
-from schemas import ROLES
+from pitchlore.pipeline.numbers.arrays import Bools
+from pitchlore.pipeline.numbers.sums import added_up, exact
+from pitchlore.pipeline.sequences.windows import codes_of, instances, mark, owner_of, role_of, windows
+from pitchlore.schemas import ROLES
 
 #: Quantum of sums that may be larger than those of values; exact below 2**37.
 _COARSE = 2.0**-16

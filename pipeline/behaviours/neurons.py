@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.behaviours.som import SelfOrganisingMap
-from pipeline.numbers.arrays import F64, I64, Bools
-from schemas import Neurons
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.schemas import Neurons
 
 
 def neurons(som: SelfOrganisingMap, neuron: I64, grams: pl.DataFrame, kept: Bools) -> pl.DataFrame:

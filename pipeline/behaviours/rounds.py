@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.behaviours.grams import cover, grams, merge, spelt
-from pipeline.behaviours.select import select
-from pipeline.behaviours.som import SelfOrganisingMap
-from pipeline.sequences.league import League, Sides
-from pipeline.settings import BehaviourSettings
-from pipeline.sides.teams import Team, as_of
-from schemas import Grams, Neurons, Patterns
+from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
+from pitchlore.pipeline.behaviours.select import select
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap
+from pitchlore.pipeline.sequences.league import League, Sides
+from pitchlore.pipeline.settings import BehaviourSettings
+from pitchlore.pipeline.sides.teams import Team, as_of
+from pitchlore.schemas import Grams, Neurons, Patterns
 
 #: Columns of schema Sequences that behaviours are learned from.
 _COLUMNS = ("match_id", "role", "code", "follows", "value", "change", "x", "y")

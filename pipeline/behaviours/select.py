@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.behaviours.neurons import neurons
-from pipeline.behaviours.shrinkage import valued
-from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
-from pipeline.numbers.arrays import I64
-from pipeline.settings import BehaviourSettings, RoundSettings
-from schemas import Neurons, Patterns
-from schemas.behaviours import id_of
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.behaviours.neurons import neurons
+from pitchlore.pipeline.behaviours.shrinkage import valued
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
+from pitchlore.schemas import Neurons, Patterns
+from pitchlore.schemas.behaviours import id_of
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 
 class RoundReport(NamedTuple):

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.numbers.estimates import estimated
-from schemas import ROLES
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.estimates import estimated
+from pitchlore.schemas import ROLES
 
 #: Number of instances that the variance in the family counts for, beside a gram's own.
 _FAMILY = 10

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from minisom import MiniSom
 from numba import njit
 
-from pipeline.numbers.arrays import F64, I16, I64
+from pitchlore.pipeline.numbers.arrays import F64, I16, I64
 
 Label = TypeVar("Label", bound=tuple[str, ...])
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from PIL import Image, ImageDraw, ImageFont
 
-from pipeline.game.pitch import SCALES, Kind, Pitch
+from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
 
 #: A picture to paint on, RGB.
 Canvas = Image.Image

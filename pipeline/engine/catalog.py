@@ -9,17 +9,17 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.base.errors import CorruptFile, NotFound, PitchloreError
-from pipeline.engine import memo
-from pipeline.engine.progress import RunReport, StageReport
-from pipeline.engine.stage import Per
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store, catalog
-from pipeline.store.outputs import RECEIPT
-from pipeline.store.paths import SAFE_NAME, listed
-from pipeline.store.reading import remedy_for
-from pipeline.store.receipts import FileRecord, Receipt
-from schemas import PUBLIC
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound, PitchloreError
+from pitchlore.pipeline.engine import memo
+from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store, catalog
+from pitchlore.pipeline.store.outputs import RECEIPT
+from pitchlore.pipeline.store.paths import SAFE_NAME, listed
+from pitchlore.pipeline.store.reading import remedy_for
+from pitchlore.pipeline.store.receipts import FileRecord, Receipt
+from pitchlore.schemas import PUBLIC
 
 _log = logging.getLogger(__name__)
 

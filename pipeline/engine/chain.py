@@ -7,13 +7,13 @@ from itertools import chain, groupby
 
 from pydantic import BaseModel
 
-from pipeline.base.errors import CorruptFile, NotFound
-from pipeline.engine.outputs import digests, need, refusing
-from pipeline.engine.stage import Inputs, Output, Per, Scope, Seen, Stage
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from pipeline.store.work import Work
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound
+from pitchlore.pipeline.engine.outputs import digests, need, refusing
+from pitchlore.pipeline.engine.stage import Inputs, Output, Per, Scope, Seen, Stage
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.store.work import Work
 
 
 class Chain(Mapping[str, Stage]):

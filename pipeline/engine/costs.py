@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
-from pipeline.store.meter import metered
+from pitchlore.pipeline.store.meter import metered
 
 
 class Spent(NamedTuple):

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import polars as pl
 
-from pipeline import arena
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.engine.placement.crew import Crew, Here
-from pipeline.engine.placement.pieces import spread
-from pipeline.engine.progress import listener
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
-from pipeline.studies.evaluations import Evaluation, Pair, play
-from schemas import Evaluations
+from pitchlore.pipeline import arena
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.engine.placement.crew import Crew, Here
+from pitchlore.pipeline.engine.placement.pieces import spread
+from pitchlore.pipeline.engine.progress import listener
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.pipeline.studies.evaluations import Evaluation, Pair, play
+from pitchlore.schemas import Evaluations
 
 NOUN = "evaluations"
 #: One match at a time, in this process.

@@ -17,28 +17,38 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline import arena
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import Recipe
-from pipeline.base.errors import BadSettings
-from pipeline.engine.catalog import forget_outputs
-from pipeline.engine.child import give_back
-from pipeline.engine.knowledge import of_imitated
-from pipeline.engine.outputs import match_names, need
-from pipeline.engine.record import record
-from pipeline.engine.stage import Per, Scope
-from pipeline.engine.stages import STAGES
-from pipeline.engine.teams import labelled
-from pipeline.engine.versions import emit
-from pipeline.state import project
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt
-from pipeline.store.work import Made, Work
-from pipeline.studies.seasons.settings import Season
-from pipeline.studies.seasons.tables import game_row, growth_rows, states_played
-from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
-from schemas.seasons import PERSON
-from schemas.table import Key
+from pitchlore.pipeline import arena
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.catalog import forget_outputs
+from pitchlore.pipeline.engine.child import give_back
+from pitchlore.pipeline.engine.knowledge import of_imitated
+from pitchlore.pipeline.engine.outputs import match_names, need
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.stage import Per, Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.teams import labelled
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.state import project
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.pipeline.studies.seasons.settings import Season
+from pitchlore.pipeline.studies.seasons.tables import game_row, growth_rows, states_played
+from pitchlore.schemas import (
+    Behaviours,
+    Decisions,
+    Games,
+    Goals,
+    Growth,
+    Matches,
+    Occasions,
+    StatesPlayed,
+    Table,
+)
+from pitchlore.schemas.seasons import PERSON
+from pitchlore.schemas.table import Key
 
 NOUN = "seasons"
 #: Folder, in a season's own store, of the logs of games that a person left before their end.

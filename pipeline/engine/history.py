@@ -12,14 +12,14 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from pipeline.base.errors import CorruptFile, PitchloreError, in_one_line
-from pipeline.base.toml import Frozen
-from pipeline.engine.costs import Cost
-from pipeline.engine.progress import RunReport, StageReport
-from pipeline.settings import HistorySettings
-from pipeline.store import Store
-from pipeline.store.paths import listed
-from pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError, in_one_line
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.engine.costs import Cost
+from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.settings import HistorySettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import listed
+from pitchlore.pipeline.store.sealed import read_model, sealed
 
 #: The folder of the log in a data folder, and its name in reports.
 LOG = "runs"

@@ -12,19 +12,19 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
-from pipeline import matches as log
-from pipeline.base import errors
-from pipeline.base.errors import BadRecording, PitchloreError, in_one_line
-from pipeline.importers.readers import open_parts, read
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
-from pipeline.numbers.arrays import Content
-from pipeline.settings import ImportSettings
-from pipeline.store.files import Files
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.base import errors
+from pitchlore.pipeline.base.errors import BadRecording, PitchloreError, in_one_line
+from pitchlore.pipeline.importers.readers import open_parts, read
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.settings import ImportSettings
+from pitchlore.pipeline.store.files import Files
 
 #: A new process is forked from one that has loaded these, and has read nothing.
-_LOADED = ["pipeline.engine.isolated", "pipeline.importers.readers"]
+_LOADED = ["pitchlore.pipeline.engine.isolated", "pitchlore.pipeline.importers.readers"]
 _TRUST = "Remove it; if you trust it, raise {} in the [imports] settings"
 
 

@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.engine.outputs import digests, need
-from pipeline.engine.stage import Inputs, Plan, Scope, Stage
-from pipeline.numbers.estimates import BY_EVIDENCE
-from pipeline.settings import KnowledgeSettings
-from pipeline.sides.teams import Record, Team, imitated, teams
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt
-from pipeline.store.work import Made
-from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.engine.outputs import digests, need
+from pitchlore.pipeline.engine.stage import Inputs, Plan, Scope, Stage
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.settings import KnowledgeSettings
+from pitchlore.pipeline.sides.teams import Record, Team, imitated, teams
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
+from pitchlore.pipeline.store.work import Made
+from pitchlore.schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
 _PARENT = "parent"
@@ -67,7 +67,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     Raises:
         NotFound: if the settings name a team that does not count.
     """
-    from pipeline.knowledge import (  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.knowledge import (  # noqa: PLC0415 (see pipeline.engine.stages)
         behaviours,
         merge_behaviours,
         merge_occasions,
@@ -210,7 +210,7 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
     """Counts for people, over all teams. States and occasions are those of ``state_key``."""
-    from pipeline.knowledge import finest  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.knowledge import finest  # noqa: PLC0415 (see pipeline.engine.stages)
 
     occurred = finest(occurred)
     roles = {

@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterable
 
 import polars as pl
 
-from pipeline.engine.stage import Scope
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt
-from schemas import SIDES, Goals, Quality
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
+from pitchlore.schemas import SIDES, Goals, Quality
 
 #: Flaws that say why no goal of a team is known, ...
 UNSCORED = ("goals unknown", "scorer unknown")

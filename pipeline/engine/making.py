@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.base.errors import in_one_line
-from pipeline.engine.costs import Spent, spending
-from pipeline.engine.stage import Output, Scope, Seen
-from pipeline.engine.stages import STAGES
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.mirrors import located
+from pitchlore.pipeline.base.errors import in_one_line
+from pitchlore.pipeline.engine.costs import Spent, spending
+from pitchlore.pipeline.engine.stage import Output, Scope, Seen
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.mirrors import located
 
 
 class Outcome(NamedTuple):

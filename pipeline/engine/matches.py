@@ -10,26 +10,26 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel, field_serializer
 
-from pipeline import matches as log
-from pipeline.base.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
-from pipeline.base.text import printable
-from pipeline.base.toml import fitted
-from pipeline.engine.isolated import read_isolated
-from pipeline.engine.progress import StageReport
-from pipeline.engine.recognised import warm, with_recognition
-from pipeline.engine.stages import STAGES
-from pipeline.importers.packets.recording import Recording as PacketRecording
-from pipeline.importers.packing import Octets
-from pipeline.importers.readers import is_ours, open_parts, read
-from pipeline.importers.source import slug
-from pipeline.importers.tracking.mapping import TrackingMap, load_map
-from pipeline.matches.frame import MatchLog
-from pipeline.numbers.arrays import Content
-from pipeline.settings import ImportSettings
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt, digest
-from pipeline.store.work import Made, Work
-from schemas import SIDES, Commands, Matches, Quality, Referee
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.base.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
+from pitchlore.pipeline.base.text import printable
+from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.engine.isolated import read_isolated
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.recognised import warm, with_recognition
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.importers.packets.recording import Recording as PacketRecording
+from pitchlore.pipeline.importers.packing import Octets
+from pitchlore.pipeline.importers.readers import is_ours, open_parts, read
+from pitchlore.pipeline.importers.source import slug
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.settings import ImportSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt, digest
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import SIDES, Commands, Matches, Quality, Referee
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"

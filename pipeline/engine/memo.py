@@ -10,14 +10,14 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.base.errors import CorruptFile
-from pipeline.base.toml import Frozen
-from pipeline.engine.stage import Output, Per, Scope, Stage
-from pipeline.engine.stages import STAGES
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.receipts import canonical, digest
-from pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import canonical, digest
+from pitchlore.pipeline.store.sealed import read_model, sealed
 
 
 class Done(Frozen):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from hashlib import sha256
 
-from pipeline.base.errors import CorruptFile
-from pipeline.engine.outputs import need
-from pipeline.engine.stage import Output, Scope
-from pipeline.settings import ModelSettings
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.engine.outputs import need
+from pitchlore.pipeline.engine.stage import Output, Scope
+from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
 
 
 def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) -> tuple[str, ...]:

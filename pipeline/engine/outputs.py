@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pipeline.base.errors import NotFound
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
 
 
 class refusing:  # noqa: N801 (a context manager is used like a function)

@@ -10,16 +10,23 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.base.errors import NotFound
-from pipeline.engine.knowledge import imitates, label_of, learned_from, lineage, of_imitated, sha256_of
-from pipeline.engine.outputs import digests, need
-from pipeline.engine.stage import Inputs, Plan, Scope, Stage
-from pipeline.settings import PolicySettings
-from pipeline.sides.teams import Team, sides_of
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt, digest
-from pipeline.store.work import Made
-from schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.knowledge import (
+    imitates,
+    label_of,
+    learned_from,
+    lineage,
+    of_imitated,
+    sha256_of,
+)
+from pitchlore.pipeline.engine.outputs import digests, need
+from pitchlore.pipeline.engine.stage import Inputs, Plan, Scope, Stage
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.sides.teams import Team, sides_of
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt, digest
+from pitchlore.pipeline.store.work import Made
+from pitchlore.schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
 
 #: Settings of the team that chose that a policy keeps, so that it plays as what it learned from: a clock, and
 #: how far ahead it predicts.
@@ -74,10 +81,10 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
 
     Decisions are those of that team, and those that players chose.
     """
-    from pipeline.policies.appraise import actions, appraise  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pipeline.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pipeline.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.policies.appraise import actions, appraise  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)

@@ -8,8 +8,8 @@ from typing import Protocol
 
 from pydantic import BaseModel, Field
 
-from pipeline.base.text import as_markdown
-from pipeline.engine.costs import Cost, mebibytes
+from pitchlore.pipeline.base.text import as_markdown
+from pitchlore.pipeline.engine.costs import Cost, mebibytes
 
 
 class Listener(Protocol):

@@ -9,13 +9,13 @@ from threading import Thread
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.rows import few_frames
-from pipeline.matches.frame import MatchInfo, MatchLog
-from pipeline.matches.quality import Flaw, quality_table
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.store.receipts import RELEASE
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.rows import few_frames
+from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Time of a match that is looked at, from where play begins, ns; it bounds what the look costs.
 LOOKED_NS = 120_000_000_000
@@ -49,10 +49,10 @@ def warm() -> None:
 
 def _poor(match: MatchLog) -> Flaw | None:
     """The flaw of a match whose situations are hardly recognised, else None."""
-    from pipeline.situations.recognise import recognise  # noqa: PLC0415 (numba's code is loaded with it)
-    from pipeline.situations.usual import recognition  # noqa: PLC0415 (see above)
-    from pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
-    from pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.situations.recognise import recognise  # noqa: PLC0415 (numba's code is loaded with it)
+    from pitchlore.pipeline.situations.usual import recognition  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
 
     part = _begin(match)
     bodies, _ = trajectories(part, TrajectorySettings())

@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from pipeline import arena
-from pipeline import matches as log
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.recipe import Recipe
-from pipeline.base.errors import PitchloreError
-from pipeline.engine.matches import PLAYING, keep
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt, fingerprint
-from pipeline.store.work import Work
+from pitchlore.pipeline import arena
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.engine.matches import PLAYING, keep
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt, fingerprint
+from pitchlore.pipeline.store.work import Work
 
 
 def record(

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from pipeline.game.pitch import Pitch
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt
-from pipeline.store.work import Made, Work
-from schemas import Table
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import Table
 
 #: Tables by the SHA-256 of their files.
 Seen = dict[str, pl.DataFrame]

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
-from pipeline.base.toml import Frozen
-from pipeline.engine import knowledge, models, policies
-from pipeline.engine.chain import Chain
-from pipeline.engine.stage import Inputs, Per, Stage
-from pipeline.game.pitch import Pitch
-from pipeline.settings import (
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.engine import knowledge, models, policies
+from pitchlore.pipeline.engine.chain import Chain
+from pitchlore.pipeline.engine.stage import Inputs, Per, Stage
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.settings import (
     BehaviourSettings,
     ChanceSettings,
     EventSettings,
@@ -30,10 +30,10 @@ from pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pipeline.sides.teams import Team
-from pipeline.store.receipts import Receipt, digest
-from pipeline.store.work import Made
-from schemas import (
+from pitchlore.pipeline.sides.teams import Team
+from pitchlore.pipeline.store.receipts import Receipt, digest
+from pitchlore.pipeline.store.work import Made
+from pitchlore.schemas import (
     SIDES,
     Appraisals,
     Behaviours,
@@ -75,12 +75,12 @@ from schemas import (
 )
 
 if TYPE_CHECKING:
-    from pipeline.matches.frame import MatchLog
+    from pitchlore.pipeline.matches.frame import MatchLog
 
 
 def _log(inputs: Inputs) -> MatchLog:
     """The log of the match."""
-    from pipeline import matches  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline import matches  # noqa: PLC0415 (see above)
 
     data = inputs.blob("matches", "log")
     assert data is not None
@@ -92,20 +92,20 @@ def _bodies(inputs: Inputs) -> pl.DataFrame:
     table = inputs.table("trajectories", Trajectories)
     if not inputs.details("matches").get("heights"):
         return table
-    from pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
 
     return with_heights(table, _log(inputs).heights)
 
 
 def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
-    from pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
 
     table, quality = trajectories(_log(inputs), settings)
     return Made([(table, Trajectories), (quality, Quality)])
 
 
 def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
-    from pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
 
     found = recognise(_bodies(inputs), inputs.pitch, settings)
     counts = {team: found.filter(pl.col("team") == team).height for team in SIDES}
@@ -113,7 +113,7 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
 
 
 def _sides(inputs: Inputs, settings: SideSettings) -> Made:
-    from pipeline.sides import sides  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.sides import sides  # noqa: PLC0415 (see above)
 
     table = sides(inputs.table("matches", Matches), settings)
     return Made([(table, Sides)], details={
@@ -121,7 +121,7 @@ def _sides(inputs: Inputs, settings: SideSettings) -> Made:
 
 
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
-    from pipeline.goals import attribute  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.goals import attribute  # noqa: PLC0415 (see above)
 
     told = inputs.details("matches").get("goals", {})
     table = attribute(
@@ -133,7 +133,7 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
 
 
 def _events(inputs: Inputs, settings: EventSettings) -> Made:
-    from pipeline.events.derive import events  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.events.derive import events  # noqa: PLC0415 (see above)
 
     found = events(_bodies(inputs), inputs.table("matches", Referee), inputs.pitch, settings)
     return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
@@ -141,7 +141,7 @@ def _events(inputs: Inputs, settings: EventSettings) -> Made:
 
 
 def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
-    from pipeline.values.moments import moments  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.moments import moments  # noqa: PLC0415 (see above)
 
     table = moments(
         inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
@@ -149,9 +149,9 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 
 
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
-    from pipeline.values import chances, shooting  # noqa: PLC0415 (see above)
-    from pipeline.values.fitting import fit  # noqa: PLC0415 (see above)
-    from pipeline.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values import chances, shooting  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.fitting import fit  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
 
     leagues: dict[str, dict[str, pl.DataFrame]] = {}
     shots: dict[str, dict[str, tuple[pl.DataFrame, Pitch]]] = {}
@@ -177,7 +177,7 @@ def _shots_of(kind: str) -> str:
 
 
 def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
-    from pipeline.values.chances import chances, from_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.chances import chances, from_bytes  # noqa: PLC0415 (see above)
 
     fitted = inputs.blob("models", _shots_of(inputs.pitch.kind))
     (match,) = inputs["matches"]
@@ -187,8 +187,8 @@ def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
 
 
 def _values(inputs: Inputs, settings: ValueSettings) -> Made:
-    from pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
-    from pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
 
     fitted = inputs.blob("models", inputs.pitch.kind)
     table = values(inputs.table("moments", Moments), from_bytes(fitted) if fitted else shipped())
@@ -200,8 +200,8 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
 
 
 def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
-    from pipeline.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
-    from pipeline.sequences.sights import sights  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.sequences.sights import sights  # noqa: PLC0415 (see above)
 
     goals = inputs.table("goals", Goals)
     table = sequences(
@@ -227,8 +227,8 @@ def _counting(sides: Sequence[Receipt]) -> dict[str, dict[str, Team]]:
 
 
 def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
-    from pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
-    from pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
 
     learned = learn(lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]), settings)
     return Made(
@@ -239,7 +239,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
 
 
 def _decisions(inputs: Inputs, settings: Frozen) -> Made:
-    from pipeline.decisions import choosing, decide, digests  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.decisions import choosing, decide, digests  # noqa: PLC0415 (see above)
 
     table = decide(
         lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]),

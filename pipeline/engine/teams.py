@@ -5,19 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple, TypedDict, Unpack
 
-from pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team
-from pipeline.arena.match.recipe import TeamSettings
-from pipeline.arena.teams.clock import ClockSettings
-from pipeline.arena.teams.constant import BEST
-from pipeline.arena.teams.table import SCRIPTED
-from pipeline.base.errors import BadSettings, NotFound, PitchloreError
-from pipeline.base.toml import fitted
-from pipeline.store import Store
-from pipeline.store.paths import SAFE_NAME
-from pipeline.store.receipts import Manifest, digest
-from pipeline.studies.evaluations import Entrant
-from pipeline.studies.seasons.settings import Season
-from schemas import Appraisals, Policies
+from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team
+from pitchlore.pipeline.arena.match.recipe import TeamSettings
+from pitchlore.pipeline.arena.teams.clock import ClockSettings
+from pitchlore.pipeline.arena.teams.constant import BEST
+from pitchlore.pipeline.arena.teams.table import SCRIPTED
+from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
+from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import SAFE_NAME
+from pitchlore.pipeline.store.receipts import Manifest, digest
+from pitchlore.pipeline.studies.evaluations import Entrant
+from pitchlore.pipeline.studies.seasons.settings import Season
+from pitchlore.schemas import Appraisals, Policies
 
 _SEASONS = "seasons"
 #: Word of a team that another program drives.

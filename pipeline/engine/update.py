@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
-from pipeline.base.errors import PitchloreError
-from pipeline.engine.catalog import look
-from pipeline.engine.costs import Cost, Spent
-from pipeline.engine.lacking import lacking, leagues
-from pipeline.engine.making import Outcome
-from pipeline.engine.matches import PLAYING, WATCHING, all_here, inbox, mend, strangers
-from pipeline.engine.memo import Memo
-from pipeline.engine.outputs import match_names
-from pipeline.engine.progress import RunReport
-from pipeline.engine.stage import Output, Scope, Stage
-from pipeline.engine.stages import STAGES
-from pipeline.settings import ImportSettings, Settings
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.engine.catalog import look
+from pitchlore.pipeline.engine.costs import Cost, Spent
+from pitchlore.pipeline.engine.lacking import lacking, leagues
+from pitchlore.pipeline.engine.making import Outcome
+from pitchlore.pipeline.engine.matches import PLAYING, WATCHING, all_here, inbox, mend, strangers
+from pitchlore.pipeline.engine.memo import Memo
+from pitchlore.pipeline.engine.outputs import match_names
+from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.stage import Output, Scope, Stage
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import ImportSettings, Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest
 
 #: Makes outputs, each by some stages in order; gives each with its outcome, as it ends.
 Perform = Callable[[Mapping[Output, Sequence[Stage]], Settings, Scope], Iterator[tuple[Output, Outcome]]]

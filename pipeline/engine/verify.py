@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from pipeline.base.errors import NotFound, PitchloreError
-from pipeline.engine.knowledge import lineage
-from pipeline.engine.stage import Per
-from pipeline.engine.stages import STAGES
-from pipeline.store import Store
-from pipeline.store.files import Files
-from pipeline.store.sealed import REMEDY_OF_VERSION
-from pipeline.store.verification import Verification, restore, verify
+from pitchlore.pipeline.base.errors import NotFound, PitchloreError
+from pitchlore.pipeline.engine.knowledge import lineage
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION
+from pitchlore.pipeline.store.verification import Verification, restore, verify
 
 
 def verify_all(store: Store, *, season: bool = False) -> Verification:

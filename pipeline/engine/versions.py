@@ -6,10 +6,10 @@ import json
 
 from pydantic import BaseModel
 
-from pipeline.engine.stage import Inputs, Scope, Stage
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest
-from pipeline.store.work import Made, Work
+from pitchlore.pipeline.engine.stage import Inputs, Scope, Stage
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.pipeline.store.work import Made, Work
 
 
 def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple[Manifest, bool]:

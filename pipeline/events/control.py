@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.game.touches import BallInPlay, Contacts, contacts, touches
-from pipeline.numbers.arrays import I64
-from schemas import SIDES
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.game.touches import BallInPlay, Contacts, contacts, touches
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.schemas import SIDES
 
 #: No contact, no team.
 NOBODY = -1

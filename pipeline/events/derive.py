@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.events.control import control
-from pipeline.events.passes import passes
-from pipeline.events.possession import possession
-from pipeline.events.pressure import pressure
-from pipeline.events.restarts import restarts
-from pipeline.events.shots import shots
-from pipeline.game.episodes import episodes
-from pipeline.game.pitch import Pitch
-from pipeline.settings import EventSettings
-from schemas import Passes, Possession, Pressure, Shots
+from pitchlore.pipeline.events.control import control
+from pitchlore.pipeline.events.passes import passes
+from pitchlore.pipeline.events.possession import possession
+from pitchlore.pipeline.events.pressure import pressure
+from pitchlore.pipeline.events.restarts import restarts
+from pitchlore.pipeline.events.shots import shots
+from pitchlore.pipeline.game.episodes import episodes
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.settings import EventSettings
+from pitchlore.schemas import Passes, Possession, Pressure, Shots
 
 
 class Events(NamedTuple):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Least distance to the goal line that the angle of the goal is taken from, metres.
 _LEAST_M = 1e-3

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.events.control import Control
-from pipeline.events.views import place, tabled, towards
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64, I64, Bools
-from schemas import SIDES, Passes
-from schemas.events import DIRECTIONS
+from pitchlore.pipeline.events.control import Control
+from pitchlore.pipeline.events.views import place, tabled, towards
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.schemas import SIDES, Passes
+from pitchlore.schemas.events import DIRECTIONS
 
 #: loganalyzer3's through pass, metres on a pitch of 105 m: least way forward, least place in the other half.
 _FORWARD, _DEEP, _ON = 5.0, 15.0, 105.0

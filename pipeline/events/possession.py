@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.events.control import NOBODY, Control
-from pipeline.events.views import place, tabled
-from pipeline.numbers.arrays import I64, Bools
-from schemas import SIDES, Possession
+from pitchlore.pipeline.events.control import NOBODY, Control
+from pitchlore.pipeline.events.views import place, tabled
+from pitchlore.pipeline.numbers.arrays import I64, Bools
+from pitchlore.schemas import SIDES, Possession
 
 
 def possession(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.events.control import NOBODY, Control
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.settings import EventSettings
-from schemas import SIDES, Pressure
+from pitchlore.pipeline.events.control import NOBODY, Control
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.settings import EventSettings
+from pitchlore.schemas import SIDES, Pressure
 
 
 def pressure(

@@ -6,8 +6,8 @@ import re
 
 import polars as pl
 
-from pipeline.events.control import Control
-from schemas import SIDES, Restarts
+from pitchlore.pipeline.events.control import Control
+from pitchlore.schemas import SIDES, Restarts
 
 #: A part of the source's word, letters alone, to the kind; the first that is found counts.
 _KINDS = {

@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.events.control import NOBODY, Control
-from pipeline.events.in_way import in_way
-from pipeline.events.views import tabled, towards
-from pipeline.game.pitch import SCALES, Kind, Pitch
-from pipeline.game.roles import roles
-from pipeline.game.touches import BallInPlay
-from pipeline.numbers.arrays import F64, I64, Bools
-from pipeline.settings import EventSettings
-from schemas import SIDES, Shots
+from pitchlore.pipeline.events.control import NOBODY, Control
+from pitchlore.pipeline.events.in_way import in_way
+from pitchlore.pipeline.events.views import tabled, towards
+from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
+from pitchlore.pipeline.game.roles import roles
+from pitchlore.pipeline.game.touches import BallInPlay
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.settings import EventSettings
+from pitchlore.schemas import SIDES, Shots
 
 
 class Rolling(NamedTuple):

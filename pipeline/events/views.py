@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.game.touches import BallInPlay
-from pipeline.numbers.arrays import F64, I64, Bools
-from schemas import Table
+from pitchlore.pipeline.game.touches import BallInPlay
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.schemas import Table
 
 
 def towards(team: I64) -> F64:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Structured array; its dtype names the fields.
 Records = npt.NDArray[np.void]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from schemas import ROLES
+from pitchlore.schemas import ROLES
 
 
 def roles(trajectories: pl.DataFrame, team: pl.Series, robot: pl.Series, t_ns: pl.Series) -> pl.Series:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.numbers.arrays import F32, I64
-from schemas import BODIES
+from pitchlore.pipeline.numbers.arrays import F32, I64
+from pitchlore.schemas import BODIES
 
 #: A touch goes on over so many ball samples without contact: vision flickers around the threshold.
 FLICKER = 2

@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.matches.frame import AWAY, HOME, Frames, Period
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames, Period
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import F64
 
 Sign = Literal[1, -1]
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import polars as pl
 
-from pipeline import matches
-from pipeline.importers.packets.recording import is_recording
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.importers.packets.recording import is_recording
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
 
 _MAGIC = b"\x89MCAP0\r\n"
 

@@ -6,8 +6,8 @@ import zlib
 from collections.abc import Iterator
 from typing import Protocol
 
-from pipeline.base.errors import BadRecording
-from pipeline.matches.zstd import ZSTD_MAGIC, BrokenStream, ZstdFrame
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.matches.zstd import ZSTD_MAGIC, BrokenStream, ZstdFrame
 
 #: Highest compression ratio. Deflate reaches 1,000; recordings of matches were seen to have 5 to 25.
 MAX_RATIO = 400

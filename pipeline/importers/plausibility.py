@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.quality import Flaw
 
 #: A robot may stand this far beyond the lines, as a share of the pitch.
 MARGIN = 0.15

@@ -12,22 +12,22 @@ from hashlib import sha256
 
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.base.text import NAME_CHARACTERS, printable
-from pipeline.importers import mcap_log
-from pipeline.importers.football import dataset as football
-from pipeline.importers.football.providers import dataset_of, open_files
-from pipeline.importers.packets import reading as packets
-from pipeline.importers.packing import Octets, Unpacking
-from pipeline.importers.plausibility import plausibility_checks
-from pipeline.importers.rcg import reading as rcg
-from pipeline.importers.source import SourceFile, slug, streamed_megabytes
-from pipeline.importers.ssl_logs import reading as ssl_log
-from pipeline.importers.tracking import csv_file, parquet_file
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import quality_table
-from pipeline.settings import ImportSettings
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
+from pitchlore.pipeline.importers import mcap_log
+from pitchlore.pipeline.importers.football import dataset as football
+from pitchlore.pipeline.importers.football.providers import dataset_of, open_files
+from pitchlore.pipeline.importers.packets import reading as packets
+from pitchlore.pipeline.importers.packing import Octets, Unpacking
+from pitchlore.pipeline.importers.plausibility import plausibility_checks
+from pitchlore.pipeline.importers.rcg import reading as rcg
+from pitchlore.pipeline.importers.source import SourceFile, slug, streamed_megabytes
+from pitchlore.pipeline.importers.ssl_logs import reading as ssl_log
+from pitchlore.pipeline.importers.tracking import csv_file, parquet_file
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.quality import quality_table
+from pitchlore.pipeline.settings import ImportSettings
 
 #: Bytes of the content that ``tells`` is given, at most.
 HEAD_BYTES = 1 << 16

@@ -7,9 +7,9 @@ import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.packing import Octets, Unpacking
-from pipeline.settings import ImportSettings
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.packing import Octets, Unpacking
+from pitchlore.pipeline.settings import ImportSettings
 
 #: Bytes of a content that is in memory that are given at once.
 _PIECE = 1 << 20

@@ -10,24 +10,24 @@ from typing import BinaryIO, Literal
 
 import numpy as np
 
-from pipeline import matches as log
-from pipeline.arena.match.controllers import PolicyTables, controller_of
-from pipeline.arena.match.match import decisions_of, frames_of
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.game.bodies import see
-from pipeline.game.pitch import Pitch
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
-from pipeline.importers.rows import Event, referee
-from pipeline.live.encoding import Wheels, robot_control, wheel_commands
-from pipeline.live.sight import Sight
-from pipeline.live.whistle import Whistle
-from pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
-from pipeline.matches.quality import Flaw, quality_table
-from pipeline.numbers.arrays import F64
-from pipeline.store.receipts import RELEASE
-from schemas import SIDES, Side
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controller_of
+from pitchlore.pipeline.arena.match.match import decisions_of, frames_of
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
+from pitchlore.pipeline.game.bodies import see
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
+from pitchlore.pipeline.importers.rows import Event, referee
+from pitchlore.pipeline.live.encoding import Wheels, robot_control, wheel_commands
+from pitchlore.pipeline.live.sight import Sight
+from pitchlore.pipeline.live.whistle import Whistle
+from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.schemas import SIDES, Side
 
 Protocol = Literal["vsss", "ssl-sim"]
 Colour = Literal["blue", "yellow"]

@@ -13,9 +13,9 @@ import struct
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Radius of a wheel, metres.
 WHEEL_M = 0.026

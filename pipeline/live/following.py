@@ -18,22 +18,22 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.drawing.painting import Point, Robot
-from pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
-from pipeline.importers.directions import WEAK, votes_of
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName
-from pipeline.importers.rows import Event, few_frames, referee
-from pipeline.live.frames import framing, pitch_of
-from pipeline.live.whistle import Whistle
-from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
-from pipeline.matches.quality import quality_table
-from pipeline.numbers.arrays import I64
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.incremental import Recogniser
-from pipeline.store.receipts import RELEASE
-from pipeline.trajectories.derive import trajectories
-from schemas import SIDES, Situations
+from pitchlore.pipeline.drawing.painting import Point, Robot
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
+from pitchlore.pipeline.importers.directions import WEAK, votes_of
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName
+from pitchlore.pipeline.importers.rows import Event, few_frames, referee
+from pitchlore.pipeline.live.frames import framing, pitch_of
+from pitchlore.pipeline.live.whistle import Whistle
+from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
+from pitchlore.pipeline.matches.quality import quality_table
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.incremental import Recogniser
+from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.schemas import SIDES, Situations
 
 #: Frames that are kept: a body is taken for put elsewhere after 0.25 s, and a body's hole is 0.2 s long.
 _KEPT_NS = 1_000_000_000

@@ -10,21 +10,21 @@ from typing import Protocol
 import numpy as np
 from pydantic import ValidationError
 
-from pipeline.game.pitch import Kind, Pitch
-from pipeline.importers.packets import vsss
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName, channels
-from pipeline.importers.rows import pack
-from pipeline.importers.ssl_logs import geometry, tracker, vision
-from pipeline.importers.ssl_logs.cameras import Limits, Merger
-from pipeline.importers.ssl_logs.container import RECEIVED, TRACKER, VISION_2010, VISION_2014
-from pipeline.importers.ssl_logs.samples import Samples, frames_of
-from pipeline.importers.ssl_logs.settings import SslMap
-from pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detections
-from pipeline.importers.ssl_logs.wire import fields
-from pipeline.live.screening import laid_out
-from pipeline.live.sight import batch_of
-from pipeline.matches.frame import AWAY, HOME, Frames
+from pitchlore.pipeline.game.pitch import Kind, Pitch
+from pitchlore.pipeline.importers.packets import vsss
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.importers.rows import pack
+from pitchlore.pipeline.importers.ssl_logs import geometry, tracker, vision
+from pitchlore.pipeline.importers.ssl_logs.cameras import Limits, Merger
+from pitchlore.pipeline.importers.ssl_logs.container import RECEIVED, TRACKER, VISION_2010, VISION_2014
+from pitchlore.pipeline.importers.ssl_logs.samples import Samples, frames_of
+from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
+from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detections
+from pitchlore.pipeline.importers.ssl_logs.wire import fields
+from pitchlore.pipeline.live.screening import laid_out
+from pitchlore.pipeline.live.sight import batch_of
+from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames
 
 #: A tracker, or a camera, that was silent for so long is not waited for, ns.
 _SILENT_NS = 500_000_000

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from pipeline.base.text import NAME_CHARACTERS, printable
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.wire import fields, texts
-from pipeline.live.screening import laid_out
-from pipeline.numbers.arrays import I64
+from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.wire import fields, texts
+from pitchlore.pipeline.live.screening import laid_out
+from pitchlore.pipeline.numbers.arrays import I64
 
 
 class Said(NamedTuple):

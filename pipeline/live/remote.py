@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from pipeline.arena.match.controllers import Controller
-from pipeline.importers.ssl_logs.wire import VARINT, fields
-from pipeline.live.encoding import WHEEL_M, Wheels
-from pipeline.numbers.arrays import F64, U8
+from pitchlore.pipeline.arena.match.controllers import Controller
+from pitchlore.pipeline.importers.ssl_logs.wire import VARINT, fields
+from pitchlore.pipeline.live.encoding import WHEEL_M, Wheels
+from pitchlore.pipeline.numbers.arrays import F64, U8
 
 
 class RemoteController(Controller):

@@ -13,13 +13,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from pipeline.importers.packets import vsss
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LEAGUES, LeagueName
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.wire import FIXED64, SPAN, VARINT, Fields, fields, texts
-from pipeline.live.sockets import Received
-from pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.pipeline.importers.packets import vsss
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.wire import FIXED64, SPAN, VARINT, Fields, fields, texts
+from pitchlore.pipeline.live.sockets import Received
+from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 
 #: Why packets are left out, as people are told.
 MALFORMED, LARGE, SECOND, FLOOD = "not of this stream", "too large", "of a second sender", "too many"

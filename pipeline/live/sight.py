@@ -7,16 +7,16 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.arena.physics.camera import look
-from pipeline.game.bodies import BALL, COLUMNS, VX, X, Y
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.importers.packets import vsss
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName, channels
-from pipeline.importers.ssl_logs import vision
-from pipeline.importers.ssl_logs.container import Batch
-from pipeline.live.screening import laid_out
-from pipeline.numbers.arrays import F64, Bools
+from pitchlore.pipeline.arena.physics.camera import look
+from pitchlore.pipeline.game.bodies import BALL, COLUMNS, VX, X, Y
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.importers.packets import vsss
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.importers.ssl_logs import vision
+from pitchlore.pipeline.importers.ssl_logs.container import Batch
+from pitchlore.pipeline.live.screening import laid_out
+from pitchlore.pipeline.numbers.arrays import F64, Bools
 
 #: Time constant of the filter that estimates velocities, seconds; that of the arena's camera.
 _SMOOTHING_S = 0.05

@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import NamedTuple, Self
 
-from pipeline.base.errors import BadSettings, StorageFailed
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import Stream
+from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import Stream
 
 #: Packets of one stream that are taken before another stream has its turn.
 _AT_ONCE = 256

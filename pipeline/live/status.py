@@ -8,15 +8,15 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.importers.packets import vsss
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName, channels
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
-from pipeline.importers.ssl_logs.wire import fields
-from pipeline.live.referee import said_in
-from pipeline.live.screening import laid_out
-from pipeline.numbers.arrays import I64
+from pitchlore.pipeline.importers.packets import vsss
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
+from pitchlore.pipeline.importers.ssl_logs.wire import fields
+from pitchlore.pipeline.live.referee import said_in
+from pitchlore.pipeline.live.screening import laid_out
+from pitchlore.pipeline.numbers.arrays import I64
 
 #: A number that rises by more is no loss but a camera, or a simulator, that began anew.
 _GAP = 1_000

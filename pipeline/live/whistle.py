@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.importers.packets import vsss
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import LeagueName, channels
-from pipeline.importers.rows import MAX_SCORE
-from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
-from pipeline.live.referee import said_in
-from pipeline.live.screening import laid_out
+from pitchlore.pipeline.importers.packets import vsss
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.importers.rows import MAX_SCORE
+from pitchlore.pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
+from pitchlore.pipeline.live.referee import said_in
+from pitchlore.pipeline.live.screening import laid_out
 
 #: Commands after which SSL's robots may play: the ball is in play, or a side may bring it there.
 _PLAY = {COMMANDS.index(word) for word in (

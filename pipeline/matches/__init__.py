@@ -20,10 +20,10 @@ table           the row of a match in the table Matches
 ==============  ==============================================================
 """
 
-from pipeline.matches.mcap_file import MAX_LOG_BYTES
-from pipeline.matches.mcap_writer import CHUNK_BYTES, LEVEL
-from pipeline.matches.reader import read
-from pipeline.matches.recorder import Recorder, packed, write
-from pipeline.matches.table import row
+from pitchlore.pipeline.matches.mcap_file import MAX_LOG_BYTES
+from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, LEVEL
+from pitchlore.pipeline.matches.reader import read
+from pitchlore.pipeline.matches.recorder import Recorder, packed, write
+from pitchlore.pipeline.matches.table import row
 
 __all__ = ["CHUNK_BYTES", "LEVEL", "MAX_LOG_BYTES", "Recorder", "packed", "read", "row", "write"]

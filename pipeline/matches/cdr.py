@@ -12,13 +12,13 @@ from itertools import pairwise
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, Heights
-from pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
-from pipeline.numbers.arrays import I64, Bools
-from schemas import ROLES, SIDES, Commands, Decisions, Referee
-from schemas.commands import COMMANDS
-from schemas.decisions import ENDS
-from schemas.matches import EVENTS
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, Heights
+from pitchlore.pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
+from pitchlore.pipeline.numbers.arrays import I64, Bools
+from pitchlore.schemas import ROLES, SIDES, Commands, Decisions, Referee
+from pitchlore.schemas.commands import COMMANDS
+from pitchlore.schemas.decisions import ENDS
+from pitchlore.schemas.matches import EVENTS
 
 #: The bytes 00 01 00 00: plain CDR, little-endian, no options.
 LITTLE_ENDIAN_CDR = 0x0000_0100

@@ -11,7 +11,7 @@ import numpy as np
 from mcap.records import Channel, Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from pipeline.matches import cdr
+from pitchlore.pipeline.matches import cdr
 
 #: Ids of the log's channels, and of their schemas.
 FRAME, REFEREE, DECISION, COMMAND, HEIGHT = 1, 2, 3, 4, 5

@@ -19,8 +19,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 
-from pipeline.matches.records import Records, as_array, walk
-from pipeline.numbers.arrays import I64, U8
+from pitchlore.pipeline.matches.records import Records, as_array, walk
+from pitchlore.pipeline.numbers.arrays import I64, U8
 
 #: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20

@@ -8,9 +8,9 @@ import zlib
 import polars as pl
 from pydantic import ValidationError
 
-from pipeline.base.errors import DamagedLog
-from pipeline.matches.frame import MatchInfo
-from schemas import Quality
+from pitchlore.pipeline.base.errors import DamagedLog
+from pitchlore.pipeline.matches.frame import MatchInfo
+from pitchlore.schemas import Quality
 
 #: Name of the metadata record.
 METADATA = "pitchlore"

@@ -17,10 +17,10 @@ import numpy.typing as npt
 import polars as pl
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from pipeline.base.text import NAME_CHARACTERS, printable
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F32, I8, I64, Bools
-from schemas import Commands, Decisions, Quality, Referee
+from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F32, I8, I64, Bools
+from pitchlore.schemas import Commands, Decisions, Quality, Referee
 
 A = TypeVar("A", np.float32, np.float64)
 

@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import polars as pl
 
-from pipeline.matches import cdr
-from pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, fields
-from pipeline.matches.frame import NO_HEIGHTS, Frames, Heights
-from pipeline.matches.messages import Collector, Messages, log_times
-from pipeline.matches.quality import Flaw
-from pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
-from pipeline.numbers.arrays import I64, U8, Bools
-from schemas import Commands, Decisions, Referee, Table
+from pitchlore.pipeline.matches import cdr
+from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, fields
+from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Frames, Heights
+from pitchlore.pipeline.matches.messages import Collector, Messages, log_times
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
+from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.schemas import Commands, Decisions, Referee, Table
 
 
 class Inbox:

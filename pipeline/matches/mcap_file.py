@@ -16,11 +16,11 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, MetadataIndex, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-from pipeline.base.errors import DamagedLog
-from pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal, unseal_cut
-from pipeline.matches.quality import Flaw
-from pipeline.matches.records import FRAMING_BYTES, Records, as_array, find_records, walk
-from pipeline.numbers.arrays import U8
+from pitchlore.pipeline.base.errors import DamagedLog
+from pitchlore.pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal, unseal_cut
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, Records, as_array, find_records, walk
+from pitchlore.pipeline.numbers.arrays import U8
 
 #: Most bytes of content of all chunks; a file that declares more is not read.
 MAX_LOG_BYTES = 2 << 30

@@ -24,9 +24,9 @@ from mcap.records import (
 )
 from mcap.writer import MCAP0_MAGIC
 
-from pipeline.matches.chunks import Piece, seal
-from pipeline.matches.records import ADDRESS_BYTES, MESSAGE, as_array, encoded
-from pipeline.numbers.arrays import I64, U8
+from pitchlore.pipeline.matches.chunks import Piece, seal
+from pitchlore.pipeline.matches.records import ADDRESS_BYTES, MESSAGE, as_array, encoded
+from pitchlore.pipeline.numbers.arrays import I64, U8
 
 #: Bytes of a chunk's content; three robots a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
-from pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
+from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 
 Heads = npt.NDArray[np.void]
 

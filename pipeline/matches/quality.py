@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 import polars as pl
 
-from schemas import Quality
+from pitchlore.schemas import Quality
 
 
 @dataclass(frozen=True, slots=True)

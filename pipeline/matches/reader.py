@@ -8,13 +8,13 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from pipeline.base.errors import DamagedLog, NoFrames
-from pipeline.matches.description import METADATA, is_sound, parse
-from pipeline.matches.frame import MatchInfo, MatchLog
-from pipeline.matches.inbox import Inbox
-from pipeline.matches.mcap_file import McapFile
-from pipeline.matches.quality import quality_table
-from schemas import Quality
+from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
+from pitchlore.pipeline.matches.description import METADATA, is_sound, parse
+from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog
+from pitchlore.pipeline.matches.inbox import Inbox
+from pitchlore.pipeline.matches.mcap_file import McapFile
+from pitchlore.pipeline.matches.quality import quality_table
+from pitchlore.schemas import Quality
 
 _REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 

@@ -9,17 +9,26 @@ import numpy as np
 import polars as pl
 from mcap.well_known import Profile
 
-from pipeline.base.errors import BadRecording
-from pipeline.matches import cdr
-from pipeline.matches.channels import ALWAYS, COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, declarations
-from pipeline.matches.description import METADATA, describe
-from pipeline.matches.frame import Frames, MatchInfo, MatchLog
-from pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
-from pipeline.matches.messages import Messages, lay_out
-from pipeline.numbers.arrays import I64, Content
-from pipeline.store.spool import Spool, spooling
-from pipeline.store.tables import check
-from schemas import Commands, Decisions, Quality, Referee, Table
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.matches import cdr
+from pitchlore.pipeline.matches.channels import (
+    ALWAYS,
+    COMMAND,
+    DECISION,
+    FRAME,
+    HEIGHT,
+    REFEREE,
+    TOPICS,
+    declarations,
+)
+from pitchlore.pipeline.matches.description import METADATA, describe
+from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog
+from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
+from pitchlore.pipeline.matches.messages import Messages, lay_out
+from pitchlore.pipeline.numbers.arrays import I64, Content
+from pitchlore.pipeline.store.spool import Spool, spooling
+from pitchlore.pipeline.store.tables import check
+from pitchlore.schemas import Commands, Decisions, Quality, Referee, Table
 
 
 class Recorder:

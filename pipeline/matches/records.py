@@ -15,7 +15,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import McapRecord
 from numba import njit
 
-from pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 
 MESSAGE, DATA_END = 0x05, 0x0F
 #: Opcode and length, before every record's body.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import AWAY, HOME, MatchLog
-from schemas import Matches
+from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog
+from pitchlore.schemas import Matches
 
 
 def row(log: MatchLog) -> pl.DataFrame:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy  # loads scipy.stats (about a second) at the first interval
 
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: The normal distribution's 97.5 % point: 95 % lie within so many standard deviations.
 Z = 1.959963984540054

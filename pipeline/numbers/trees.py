@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from pipeline.numbers.arrays import F32, F64, I32, Bools
+from pitchlore.pipeline.numbers.arrays import F32, F64, I32, Bools
 
 
 class Trees(NamedTuple):

@@ -17,12 +17,12 @@ import polars as pl
 from sklearn.ensemble import HistGradientBoostingRegressor
 from threadpoolctl import threadpool_limits
 
-from pipeline.numbers.arrays import F32, F64
-from pipeline.numbers.trees import Trees, arrays_of, logits
-from pipeline.settings import AppraisalSettings
-from schemas import KEYS, ROLES, Appraisals
-from schemas.sights import SIGHT
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits
+from pitchlore.pipeline.settings import AppraisalSettings
+from pitchlore.schemas import KEYS, ROLES, Appraisals
+from pitchlore.schemas.sights import SIGHT
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: The codes of a behaviour, as text.
 _CODES = pl.col("behaviour_id").str.split("-").list.slice(1)

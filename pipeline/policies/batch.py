@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.numbers.arrays import I64
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN
-from pipeline.settings import PolicySettings
-from pipeline.state import project
-from schemas.behaviours import moves_randomly
-from schemas.table import Key
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.state import project
+from pitchlore.schemas.behaviours import moves_randomly
+from pitchlore.schemas.table import Key
 
 
 def batch_of(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:

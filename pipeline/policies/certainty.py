@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.numbers.statistics import welch_of
-from pipeline.policies.batch import batch_of, pairs_of
-from pipeline.policies.returns import by_pair, returns, together
-from pipeline.settings import PolicySettings
-from pipeline.state.words import elements_of
-from schemas import Returns, States
-from schemas.policies import FEW
-from schemas.table import ROLES
+from pitchlore.pipeline.numbers.statistics import welch_of
+from pitchlore.pipeline.policies.batch import batch_of, pairs_of
+from pitchlore.pipeline.policies.returns import by_pair, returns, together
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.state.words import elements_of
+from pitchlore.schemas import Returns, States
+from pitchlore.schemas.policies import FEW
+from pitchlore.schemas.table import ROLES
 
 _STATE = ["role", "key", "state"]
 _PAIR = [*_STATE, "behaviour_id"]

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

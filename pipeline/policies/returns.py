@@ -6,8 +6,8 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.numbers.arrays import F64, I8, I64
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, UNKNOWN
+from pitchlore.pipeline.numbers.arrays import F64, I8, I64
+from pitchlore.pipeline.policies.sarsa import CONTINUES, TERMINAL, UNKNOWN
 
 
 @njit(cache=True, nogil=True)

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pipeline.base.errors import BadSettings, SchemaMismatch
-from pipeline.numbers.arrays import F64, I8, I64, Bools
-from pipeline.settings import PolicySettings
+from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
+from pitchlore.pipeline.numbers.arrays import F64, I8, I64, Bools
+from pitchlore.pipeline.settings import PolicySettings
 
 CONTINUES, TERMINAL, TRUNCATED = 0, 1, 2
 

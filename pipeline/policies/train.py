@@ -15,14 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.numbers.arrays import I64
-from pipeline.policies.batch import batch_of, pairs_of
-from pipeline.policies.influence import Influence
-from pipeline.policies.sarsa import UNKNOWN, LearnedValues, Transitions, sarsa_lambda
-from pipeline.settings import PolicySettings
-from schemas import Decisions, Policies
-from schemas.table import ROLES
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.policies.batch import batch_of, pairs_of
+from pitchlore.pipeline.policies.influence import Influence
+from pitchlore.pipeline.policies.sarsa import UNKNOWN, LearnedValues, Transitions, sarsa_lambda
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.schemas import Decisions, Policies
+from pitchlore.schemas.table import ROLES
 
 _PAIR = ["role", "key", "state", "behaviour_id"]
 

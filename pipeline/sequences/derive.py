@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.game.episodes import episodes
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.sums import exact
-from pipeline.sequences.windows import followed
-from pipeline.settings import GramSettings
-from pipeline.state import elements, encode
-from schemas import SIDES, Sequences
+from pitchlore.pipeline.game.episodes import episodes
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.sums import exact
+from pitchlore.pipeline.sequences.windows import followed
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.state import elements, encode
+from pitchlore.schemas import SIDES, Sequences
 
 
 def value(

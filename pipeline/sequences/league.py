@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import polars as pl
 
-from pipeline.sides.teams import Team
-from schemas import Sequences
+from pitchlore.pipeline.sides.teams import Team
+from pitchlore.schemas import Sequences
 
 #: Situations of a chunk: numpy's calls cost little then.
 _CHUNK = 1 << 17

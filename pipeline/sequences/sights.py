@@ -9,13 +9,13 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.game.bodies import BALL, COLUMNS, see
-from pipeline.matches.frame import Frames, MatchLog, home_attacks
-from pipeline.numbers.arrays import F32, F64, I8, I64
-from pipeline.settings import GramSettings
-from pipeline.state.sight import see_from
-from schemas import SIDES, Sights
-from schemas.sights import SIGHT
+from pitchlore.pipeline.game.bodies import BALL, COLUMNS, see
+from pitchlore.pipeline.matches.frame import Frames, MatchLog, home_attacks
+from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I64
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.state.sight import see_from
+from pitchlore.schemas import SIDES, Sights
+from pitchlore.schemas.sights import SIGHT
 
 #: Times of frames are rounded to nanoseconds.
 _ROUNDED_NS = 1_000

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.numbers.arrays import I16, I64, Bools
-from schemas import ROLES, SIDES
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.numbers.arrays import I16, I64, Bools
+from pitchlore.schemas import ROLES, SIDES
 
 #: Longest gram: four codes of eight bits, below the role, in one key.
 LONGEST = 4

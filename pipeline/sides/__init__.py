@@ -1,5 +1,5 @@
 """Sides of a match: whose match it was, and which team or pool it counts for."""
 
-from pipeline.sides.derive import sides
+from pitchlore.pipeline.sides.derive import sides
 
 __all__ = ["sides"]

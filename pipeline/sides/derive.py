@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.base.errors import BadSettings
-from pipeline.settings import SideSettings
-from schemas import SIDES, Sides
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.settings import SideSettings
+from pitchlore.schemas import SIDES, Sides
 
 #: In a pool: all teams that no pool names.
 _ALL_OTHERS = "*"

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.base.errors import NotFound
-from schemas import SIDES
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.schemas import SIDES
 
 
 class Team(NamedTuple):

@@ -19,8 +19,8 @@ from functools import partial, reduce
 import numba
 import numpy as np
 
-from pipeline.base.errors import BadSettings
-from pipeline.numbers.arrays import F64, I32
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.numbers.arrays import F64, I32
 
 #: Operations of the register code: out = op(a, b).
 IS, NOT, VERY, AND, OR = range(5)

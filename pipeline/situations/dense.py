@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.game.pitch import Scales
-from pipeline.numbers.arrays import F64, I8, I32, I64, Bools
-from schemas import BODIES
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.game.pitch import Scales
+from pitchlore.pipeline.numbers.arrays import F64, I8, I32, I64, Bools
+from pitchlore.schemas import BODIES
 
 #: The ball's name as a team.
 BALL = BODIES[0]

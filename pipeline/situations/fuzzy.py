@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.game.pitch import Scales
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.pitch import Scales
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Corner in place of infinity, which scikit-fuzzy does not take; beyond any length, speed or time of a match.
 FAR_OFF = 1e6

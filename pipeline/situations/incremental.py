@@ -13,16 +13,16 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.numbers.arrays import F64, I64
-from pipeline.settings import SituationSettings
-from pipeline.situations import signals
-from pipeline.situations.dense import DenseMatch, Densifier
-from pipeline.situations.matching import Fill, Worker, groups
-from pipeline.situations.naming import Robots, situations, table
-from pipeline.situations.occurrences import OCCURRENCE, Rows, Samples, comes_back
-from pipeline.situations.rulebook import compiled
-from schemas import Situations
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations import signals
+from pitchlore.pipeline.situations.dense import DenseMatch, Densifier
+from pitchlore.pipeline.situations.matching import Fill, Worker, groups
+from pitchlore.pipeline.situations.naming import Robots, situations, table
+from pitchlore.pipeline.situations.occurrences import OCCURRENCE, Rows, Samples, comes_back
+from pitchlore.pipeline.situations.rulebook import compiled
+from pitchlore.schemas import Situations
 
 #: A robot: 0 home or 1 away, and its number.
 _Body = tuple[int, int]

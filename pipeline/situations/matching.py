@@ -7,12 +7,12 @@ from functools import partial
 
 import numpy as np
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.numbers.arrays import F64, I64, Bools
-from pipeline.settings import SituationSettings
-from pipeline.situations import conditions, signals
-from pipeline.situations.dense import DenseMatch
-from pipeline.situations.occurrences import (
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations import conditions, signals
+from pitchlore.pipeline.situations.dense import DenseMatch
+from pitchlore.pipeline.situations.occurrences import (
     MARK,
     OCCURRENCE,
     WHILE,
@@ -23,8 +23,8 @@ from pipeline.situations.occurrences import (
     finish,
     nanoseconds,
 )
-from pipeline.situations.rulebook import RuleSet, holds_ns
-from pipeline.situations.rules import Target
+from pitchlore.pipeline.situations.rulebook import RuleSet, holds_ns
+from pitchlore.pipeline.situations.rules import Target
 
 #: Float64 registers worked on at a time; so many fit in a second-level cache of half a megabyte or more.
 REGISTERS = 80_000

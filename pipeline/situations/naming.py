@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.numbers.arrays import I8, I32, I64
-from pipeline.settings import SituationSettings
-from pipeline.situations.occurrences import Gaps, Meanings, Rows, Samples, nanoseconds, resolve
-from pipeline.situations.rulebook import holds_ns
-from pipeline.situations.rules import RULES, TABLE_1, Start, Target
-from schemas import ROLES, SIDES, Situations
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.numbers.arrays import I8, I32, I64
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations.occurrences import Gaps, Meanings, Rows, Samples, nanoseconds, resolve
+from pitchlore.pipeline.situations.rulebook import holds_ns
+from pitchlore.pipeline.situations.rules import RULES, TABLE_1, Start, Target
+from pitchlore.schemas import ROLES, SIDES, Situations
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 
 class Robots(NamedTuple):

@@ -17,7 +17,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 
 Rows = npt.NDArray[np.void]
 

@@ -10,17 +10,17 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.numbers.arrays import I64
-from pipeline.settings import SituationSettings
-from pipeline.situations import signals
-from pipeline.situations.dense import DenseMatch, dense_match
-from pipeline.situations.matching import Worker, groups
-from pipeline.situations.naming import Robots, situations, table
-from pipeline.situations.occurrences import OCCURRENCE, Samples, comes_back
-from pipeline.situations.rulebook import compiled
-from schemas import Situations
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations import signals
+from pitchlore.pipeline.situations.dense import DenseMatch, dense_match
+from pitchlore.pipeline.situations.matching import Worker, groups
+from pitchlore.pipeline.situations.naming import Robots, situations, table
+from pitchlore.pipeline.situations.occurrences import OCCURRENCE, Samples, comes_back
+from pitchlore.pipeline.situations.rulebook import compiled
+from pitchlore.schemas import Situations
 
 
 def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSettings) -> pl.DataFrame:

@@ -9,15 +9,15 @@ from functools import cache, lru_cache
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Kind
-from pipeline.numbers.arrays import I64
-from pipeline.settings import SituationSettings
-from pipeline.situations import fuzzy, signals
-from pipeline.situations.conditions import Program, compile_conditions
-from pipeline.situations.fuzzy import Variable
-from pipeline.situations.occurrences import RULE, Rows
-from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.game.pitch import SCALES, Kind
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations import fuzzy, signals
+from pitchlore.pipeline.situations.conditions import Program, compile_conditions
+from pitchlore.pipeline.situations.fuzzy import Variable
+from pitchlore.pipeline.situations.occurrences import RULE, Rows
+from pitchlore.pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from math import pi
 import numba
 import numpy as np
 
-from pipeline.numbers.arrays import F64, Bools
+from pitchlore.pipeline.numbers.arrays import F64, Bools
 
 #: Distance to an absent robot; no term of nearness holds.
 ABSENT = 1e6

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.game.pitch import Kind
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: A match that shows a smaller share of the usual codes is poorly recognised, ...
 LEAST_SHARE = 0.5
@@ -54,7 +54,7 @@ class Recognition(NamedTuple):
 @cache
 def rates(kind: Kind) -> dict[int, float]:
     """How often each code but 194 was recognised in recordings of a kind, per second of a robot's play."""
-    told = json.loads(resources.files("pipeline.situations").joinpath("usual.json").read_text())
+    told = json.loads(resources.files("pitchlore.pipeline.situations").joinpath("usual.json").read_text())
     return {int(code): rate for code, rate in told[kind.value]["rates"].items()}
 
 

@@ -5,9 +5,9 @@ become six slots: own goalkeeper, midfield, striker, then the adversary's. The l
 points are in DECISIONS.md, "The paper contradicts itself" and "Knowledge, learning".
 """
 
-from pipeline.state.abstraction import BinEdges, Observation, abstract_state, elements
-from pipeline.state.keys import Radix, encode, encode_one, project, radix
-from pipeline.state.table import DRAWING, NORMAL
+from pitchlore.pipeline.state.abstraction import BinEdges, Observation, abstract_state, elements
+from pitchlore.pipeline.state.keys import Radix, encode, encode_one, project, radix
+from pitchlore.pipeline.state.table import DRAWING, NORMAL
 
 __all__ = [
     "DRAWING", "NORMAL", "BinEdges", "Observation", "Radix", "abstract_state", "elements", "encode",

@@ -9,9 +9,9 @@ import numpy.typing as npt
 import polars as pl
 from numba import njit
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.numbers.arrays import F64, I64, U8, Bools
-from pipeline.state.table import (
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.state.table import (
     AFTER_BALL,
     BALL_DISTANCE,
     BALL_ORIENTATION,
@@ -27,7 +27,7 @@ from pipeline.state.table import (
     SITUATION,
     SPEED,
 )
-from schemas import ROLES, SIDES
+from pitchlore.schemas import ROLES, SIDES
 
 
 class BinEdges(NamedTuple):

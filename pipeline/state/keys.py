@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.base.errors import BadSettings
-from pipeline.numbers.arrays import I64, U8
-from pipeline.state.table import (
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.numbers.arrays import I64, U8
+from pitchlore.pipeline.state.table import (
     AFTER_BALL,
     BALL_DISTANCE,
     BALL_ORIENTATION,
@@ -31,8 +31,8 @@ from pipeline.state.table import (
     SITUATION,
     SPEED,
 )
-from schemas import ROLES
-from schemas.table import Key
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.table import Key
 
 _GLOBALS = (DIRECTION, SPEED, SCORE, SITUATION)
 #: Keys that look at the deciding robot more closely than at the others.

@@ -6,8 +6,8 @@ import math
 
 from numba import njit
 
-from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F32, F64
 
 #: Longest time to a goal line, seconds, and the speed below which a ball does not roll, m/s.
 LONG_S, _ROLLS = 9.0, 0.05

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.numbers.arrays import I64
-from schemas import ROLES
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.schemas import ROLES
 
 SLOTS = tuple(f"{side} {role}" for side in ("own", "adversary's") for role in ROLES)
 DRAWING = 1

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.numbers.arrays import I64
-from pipeline.state.keys import Column, columns, decode
-from pipeline.state.table import TABLE
-from schemas.table import Key
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.state.keys import Column, columns, decode
+from pitchlore.pipeline.state.table import TABLE
+from pitchlore.schemas.table import Key
 
 #: Between the name of an element and that of its level.
 IS = ": "

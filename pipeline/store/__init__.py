@@ -8,9 +8,9 @@ one. Nothing here reads a clock: the same work gives the same bytes.
 
 from __future__ import annotations
 
-from pipeline.store.outputs import Outputs
-from pipeline.store.quarantine import Quarantine
-from pipeline.store.versions import Versions
+from pitchlore.pipeline.store.outputs import Outputs
+from pitchlore.pipeline.store.quarantine import Quarantine
+from pitchlore.pipeline.store.versions import Versions
 
 
 class Store(Outputs, Versions, Quarantine):

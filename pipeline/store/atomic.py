@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pipeline.base.errors import StorageFailed
-from pipeline.numbers.arrays import Content
-from pipeline.store.buckets import check_local
-from pipeline.store.paths import sync, unwritable
-from pipeline.store.temporaries import beside
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.buckets import check_local
+from pitchlore.pipeline.store.paths import sync, unwritable
+from pitchlore.pipeline.store.temporaries import beside
 
 
 @contextmanager

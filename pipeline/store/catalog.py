@@ -13,8 +13,8 @@ from typing import Any
 import duckdb
 import polars as pl
 
-from pipeline.base.errors import CorruptFile
-from schemas import PUBLIC, Table
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.schemas import PUBLIC, Table
 
 #: Size and time of change [ns] of a file, None if it does not exist.
 Glance = tuple[int, int] | None

@@ -11,10 +11,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 
-from pipeline.base.errors import BucketFailed
-from pipeline.store.buckets import Entry
-from pipeline.store.mirrors import Mirror
-from pipeline.store.temporaries import alive, machine
+from pitchlore.pipeline.base.errors import BucketFailed
+from pitchlore.pipeline.store.buckets import Entry
+from pitchlore.pipeline.store.mirrors import Mirror
+from pitchlore.pipeline.store.temporaries import alive, machine
 
 #: A claim is renewed so often; one that is not for so long is of a machine that is gone; seconds.
 RENEWED_S, GONE_S = 20.0, 120.0

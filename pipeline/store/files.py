@@ -12,16 +12,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
-from pipeline.base.errors import NotFound, StillWritten, StorageFailed
-from pipeline.numbers.arrays import Content
-from pipeline.store.atomic import aside
-from pipeline.store.buckets import check_local
-from pipeline.store.foreign import ForeignFile
-from pipeline.store.locks import free, holding, take
-from pipeline.store.meter import count_read, count_written
-from pipeline.store.mirrors import Mirror, located, mirror_of
-from pipeline.store.paths import listed, remove, safe, unwritable
-from pipeline.store.temporaries import sweep
+from pitchlore.pipeline.base.errors import NotFound, StillWritten, StorageFailed
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.atomic import aside
+from pitchlore.pipeline.store.buckets import check_local
+from pitchlore.pipeline.store.foreign import ForeignFile
+from pitchlore.pipeline.store.locks import free, holding, take
+from pitchlore.pipeline.store.meter import count_read, count_written
+from pitchlore.pipeline.store.mirrors import Mirror, located, mirror_of
+from pitchlore.pipeline.store.paths import listed, remove, safe, unwritable
+from pitchlore.pipeline.store.temporaries import sweep
 
 #: Greatest size of settings, maps and files of ours that are read whole, MiB.
 SMALL_MB = 64

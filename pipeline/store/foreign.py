@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.errors import NotFound
 
 #: Bytes that are read by one call; the system reads less than 2 GiB.
 _AT_ONCE = 1 << 30

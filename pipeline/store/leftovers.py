@@ -6,11 +6,11 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
-from pipeline.base.errors import CorruptFile
-from pipeline.store.claims import CLAIM, GONE_S, at_work, claimed
-from pipeline.store.mirrors import Mirror, key_of
-from pipeline.store.receipts import Manifest
-from pipeline.store.sealed import read_model
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.store.claims import CLAIM, GONE_S, at_work, claimed
+from pitchlore.pipeline.store.mirrors import Mirror, key_of
+from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.pipeline.store.sealed import read_model
 
 #: A file without a manifest is that of a maker at work, perhaps, until it is so old, seconds.
 _OLD_S = 24 * 3600.0

@@ -30,12 +30,12 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
-from pipeline.numbers.arrays import Content
-from pipeline.store.atomic import write
-from pipeline.store.buckets import Bucket, Entry, bucket_url
-from pipeline.store.locks import holding
-from pipeline.store.paths import remove
+from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.atomic import write
+from pitchlore.pipeline.store.buckets import Bucket, Entry, bucket_url
+from pitchlore.pipeline.store.locks import holding
+from pitchlore.pipeline.store.paths import remove
 
 _log = logging.getLogger(__name__)
 

@@ -8,14 +8,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.base.errors import CorruptFile, NotFound, Overtaken
-from pipeline.numbers.arrays import Content
-from pipeline.store.meter import count_written
-from pipeline.store.paths import listed, safe
-from pipeline.store.reading import Reading
-from pipeline.store.receipts import Receipt, software
-from pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
-from pipeline.store.work import Made, Work, contents
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.meter import count_written
+from pitchlore.pipeline.store.paths import listed, safe
+from pitchlore.pipeline.store.reading import Reading
+from pitchlore.pipeline.store.receipts import Receipt, software
+from pitchlore.pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
+from pitchlore.pipeline.store.work import Made, Work, contents
 
 #: How the names of receipts end.
 RECEIPT = ".receipt.json"

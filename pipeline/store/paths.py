@@ -6,8 +6,8 @@ import os
 import re
 from pathlib import Path
 
-from pipeline.base.errors import BadSettings, StorageFailed
-from pipeline.store.buckets import check_local
+from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
+from pitchlore.pipeline.store.buckets import check_local
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.base.errors import CorruptFile, StorageFailed, in_one_line
-from pipeline.store.files import Files
-from pipeline.store.paths import listed, safe
-from pipeline.store.receipts import Quarantined
-from pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.base.errors import CorruptFile, StorageFailed, in_one_line
+from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.paths import listed, safe
+from pitchlore.pipeline.store.receipts import Quarantined
+from pitchlore.pipeline.store.sealed import read_model, sealed
 
 
 class Quarantine(Files):

@@ -17,9 +17,9 @@ from typing import Any, TypeVar
 import duckdb
 import polars as pl
 
-from pipeline.base.errors import BadQuery, NotFound
-from pipeline.store.catalog import FILES, opened, pattern, quote
-from schemas import PUBLIC
+from pitchlore.pipeline.base.errors import BadQuery, NotFound
+from pitchlore.pipeline.store.catalog import FILES, opened, pattern, quote
+from pitchlore.schemas import PUBLIC
 
 T = TypeVar("T")
 

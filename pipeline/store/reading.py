@@ -7,13 +7,13 @@ from pathlib import Path
 
 import polars as pl
 
-from pipeline.base.errors import CorruptFile, NotFound
-from pipeline.store.files import Files
-from pipeline.store.meter import count_read
-from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
-from pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
-from pipeline.store.tables import from_parquet, joined
-from schemas import Table
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound
+from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.meter import count_read
+from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
+from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
+from pitchlore.pipeline.store.tables import from_parquet, joined
+from pitchlore.schemas import Table
 
 
 def remedy_for(receipt: Receipt) -> str:

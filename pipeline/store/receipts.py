@@ -12,9 +12,9 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from pipeline import __version__
-from pipeline.base.toml import Frozen
-from pipeline.numbers.arrays import Content
+from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.numbers.arrays import Content
 
 
 def digest(data: Content) -> str:
@@ -29,11 +29,11 @@ def software() -> str:
 
 
 def source_hash(packages: Sequence[str], suffixes: Sequence[str]) -> str:
-    """First 8 hex digits of the SHA-256 of all files of some packages whose names end so."""
+    """First 8 hex digits of the SHA-256 of all files in some of Pitchlore's packages with these endings."""
     sources = sorted(
         (f"{package}/{path.relative_to(root).as_posix()}", path)
         for package in packages
-        for root in [Path(str(files(package)))]
+        for root in [Path(str(files(f"pitchlore.{package}")))]
         for path in root.rglob("*")
         if path.suffix in suffixes
     )

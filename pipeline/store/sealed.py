@@ -11,8 +11,8 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from pipeline.base.errors import CorruptFile
-from pipeline.store.receipts import Manifest, digest
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.store.receipts import Manifest, digest
 
 M = TypeVar("M", bound=BaseModel)
 REMEDY = "Run `pitchlore run` to make it anew"

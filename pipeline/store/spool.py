@@ -9,8 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
 from types import TracebackType
 
-from pipeline.numbers.arrays import Content
-from pipeline.store.paths import unwritable
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.paths import unwritable
 
 
 class Spool:

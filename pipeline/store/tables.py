@@ -9,8 +9,8 @@ from contextlib import suppress
 import polars as pl
 import pyarrow.parquet
 
-from pipeline.base.errors import CorruptFile, SchemaMismatch
-from schemas import Table
+from pitchlore.pipeline.base.errors import CorruptFile, SchemaMismatch
+from pitchlore.schemas import Table
 
 SCHEMA_KEY = "pitchlore.schema"
 

@@ -9,17 +9,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
-from pipeline.base.toml import Frozen
-from pipeline.numbers.arrays import Content
-from pipeline.store.claims import claimed
-from pipeline.store.mirrors import Mirror
-from pipeline.store.paths import listed, sync
-from pipeline.store.reading import Reading
-from pipeline.store.receipts import FileRecord, Manifest, software
-from pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
-from pipeline.store.temporaries import beside
-from pipeline.store.work import Made, Work, contents
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.claims import claimed
+from pitchlore.pipeline.store.mirrors import Mirror
+from pitchlore.pipeline.store.paths import listed, sync
+from pitchlore.pipeline.store.reading import Reading
+from pitchlore.pipeline.store.receipts import FileRecord, Manifest, software
+from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
+from pitchlore.pipeline.store.temporaries import beside
+from pitchlore.pipeline.store.work import Made, Work, contents
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 

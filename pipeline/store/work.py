@@ -9,10 +9,10 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.numbers.arrays import Content
-from pipeline.store.receipts import FileRecord, canonical, digest
-from pipeline.store.tables import to_parquet
-from schemas import Table
+from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.store.receipts import FileRecord, canonical, digest
+from pitchlore.pipeline.store.tables import to_parquet
+from pitchlore.schemas import Table
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from operator import ge, gt
 from typing import Generic, NamedTuple, TypeVar
 
-from pipeline.numbers.statistics import Estimate
+from pitchlore.pipeline.numbers.statistics import Estimate
 
 Study = TypeVar("Study")
 

@@ -14,15 +14,15 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.arena.match.controllers import Decided, PolicyTables, controllers_of
-from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
-from pipeline.base.toml import Frozen
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.numbers.statistics import mean_interval, wilson
-from pipeline.store.receipts import fingerprint
-from schemas import SIDES, Evaluations
-from schemas.decisions import BRIEF_FRAMES
+from pitchlore.pipeline.arena.match.controllers import Decided, PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
+from pitchlore.pipeline.store.receipts import fingerprint
+from pitchlore.schemas import SIDES, Evaluations
+from pitchlore.schemas.decisions import BRIEF_FRAMES
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000

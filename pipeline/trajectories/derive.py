@@ -9,15 +9,15 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.base.errors import DamagedLog
-from pipeline.game.pitch import SCALES, Scales
-from pipeline.matches.frame import AWAY, MatchLog, home_attacks, runs, wrap
-from pipeline.matches.quality import Flaw, quality_table
-from pipeline.numbers.arrays import F32, F64, I8, I32, I64, U8, Bools
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories.kinematics import REPEATED, assign_roles, find_jumps, slopes
-from pipeline.trajectories.timeline import Stretches, cut_stretches, find_gaps, order_samples
-from schemas import BODIES, ROLES, Trajectories
+from pitchlore.pipeline.base.errors import DamagedLog
+from pitchlore.pipeline.game.pitch import SCALES, Scales
+from pitchlore.pipeline.matches.frame import AWAY, MatchLog, home_attacks, runs, wrap
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I32, I64, U8, Bools
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.trajectories.kinematics import REPEATED, assign_roles, find_jumps, slopes
+from pitchlore.pipeline.trajectories.timeline import Stretches, cut_stretches, find_gaps, order_samples
+from pitchlore.schemas import BODIES, ROLES, Trajectories
 
 _BALL = BODIES.index("ball")
 _HOME = np.uint8(BODIES.index("home"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.matches.frame import Heights
+from pitchlore.pipeline.matches.frame import Heights
 
 
 def with_heights(trajectories: pl.DataFrame, heights: Heights) -> pl.DataFrame:

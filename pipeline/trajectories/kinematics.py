@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.numbers.arrays import F32, F64, I8, I32, I64, U8, Bools
+from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I32, I64, U8, Bools
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 #: In place of a role, for a robot that the frame already has.

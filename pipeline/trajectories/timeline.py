@@ -8,9 +8,9 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.matches.frame import Period
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import I32, I64, U8
+from pitchlore.pipeline.matches.frame import Period
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import I32, I64, U8
 
 #: Verdicts of :func:`_judge_clock` on a frame.
 IN_ORDER, LATE, CLOCK_BACK, CLOCK_AHEAD = range(4)

@@ -12,11 +12,11 @@ from functools import lru_cache
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64, I64
-from pipeline.settings import ChanceSettings
-from pipeline.values.models import probability
-from schemas import Chances
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.settings import ChanceSettings
+from pitchlore.pipeline.values.models import probability
+from pitchlore.schemas import Chances
 
 #: What a shot is judged by, in the order of :func:`features_of`.
 FEATURES = ("log distance", "log angle", "log cover", "in_way", "log cover * angle")

@@ -12,10 +12,10 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss, roc_auc_score
 from threadpoolctl import threadpool_limits
 
-from pipeline.numbers.arrays import F32, F64, Bools
-from pipeline.numbers.trees import Trees, arrays_of
-from pipeline.settings import ModelSettings
-from pipeline.values.models import (
+from pitchlore.pipeline.numbers.arrays import F32, F64, Bools
+from pitchlore.pipeline.numbers.trees import Trees, arrays_of
+from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.values.models import (
     Logistic,
     Models,
     features_of,
@@ -24,7 +24,7 @@ from pipeline.values.models import (
     named_of,
     probability,
 )
-from schemas.values import NAMED
+from pitchlore.schemas.values import NAMED
 
 #: Features of the plainer models that the report compares with: the ball's alone.
 CONTROLS = {"ball_x": (0,), "ball": tuple(range(8))}

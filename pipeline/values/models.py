@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.numbers import trees
-from pipeline.numbers.arrays import F32, F64, I64
-from pipeline.numbers.trees import Trees
-from schemas.values import FEATURES, NAMED
+from pitchlore.pipeline.numbers import trees
+from pitchlore.pipeline.numbers.arrays import F32, F64, I64
+from pitchlore.pipeline.numbers.trees import Trees
+from pitchlore.schemas.values import FEATURES, NAMED
 
 #: Places of a feature's value where a robot is missing that a logistic model reads: far off, and across.
 _MISSING = np.array([0.0] * 8 + [5.0, 5.0, 0.0, 0.0])
@@ -124,7 +124,7 @@ def to_json(models: Models) -> dict[str, Any]:
 
 def shipped() -> Models:
     """The models that come with the package, of no match of the user's; for recordings with too few goals."""
-    text = resources.files("pipeline.values").joinpath("shipped.json").read_text(encoding="utf-8")
+    text = resources.files("pitchlore.pipeline.values").joinpath("shipped.json").read_text(encoding="utf-8")
     found = json.loads(text)
     arrays = {name: np.array(found[name]) for name in ("mean", "spread", "weight", "intercept")}
     places = np.array([list(FEATURES).index(name) for name in found["features"]], dtype=np.int64)

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.game.episodes import episodes
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.numbers.arrays import F32, F64, I64, Bools
-from pipeline.settings import MomentSettings
-from schemas import SIDES, Moments
-from schemas.values import FEATURES
+from pitchlore.pipeline.game.episodes import episodes
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
+from pitchlore.pipeline.settings import MomentSettings
+from pitchlore.schemas import SIDES, Moments
+from pitchlore.schemas.values import FEATURES
 
 # Greatest distances that features tell apart: in the league's NEAR, in half goals for keepers and covers.
 _FAR, _FAR_KEEPER, _FAR_COVER = 5.0, 5.0, 3.0

@@ -11,10 +11,10 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss
 from threadpoolctl import threadpool_limits
 
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64, I64, Bools
-from pipeline.values.chances import FEATURES, ShotModels, features_of, logits_of
-from pipeline.values.models import probability
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.values.chances import FEATURES, ShotModels, features_of, logits_of
+from pitchlore.pipeline.values.models import probability
 
 #: Features of the plainer models that the report compares with; without any it is the league's rate.
 CONTROLS: dict[str, tuple[int, ...]] = {"distance": (0,), "rate": ()}

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.game.episodes import episodes
-from pipeline.numbers.arrays import F64, I64
-from pipeline.settings import ValueSettings
-from pipeline.values.models import Models
-from schemas import SIDES, Values, Worths
+from pitchlore.pipeline.game.episodes import episodes
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.settings import ValueSettings
+from pitchlore.pipeline.values.models import Models
+from pitchlore.schemas import SIDES, Values, Worths
 
 
 class _Path(NamedTuple):

@@ -27,13 +27,13 @@ from minari.data_collector import EpisodeBuffer
 from minari.dataset.minari_dataset import parse_dataset_id
 from minari.storage.datasets_root_dir import get_dataset_path
 
-from pipeline.base.errors import BadSettings
-from pipeline.state.keys import decode
-from pipeline.state.table import LEVELS, TABLE
-from pipeline.store.receipts import RELEASE
-from schemas import ROLES
-from schemas.decisions import ENDS
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.state.keys import decode
+from pitchlore.pipeline.state.table import LEVELS, TABLE
+from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.decisions import ENDS
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: What makes an episode.
 _EPISODE = ("match_id", "team", "robot", "episode")

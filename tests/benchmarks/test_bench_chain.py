@@ -13,15 +13,15 @@ import pytest
 from conftest import SAMPLE
 from support.receipts import put_receipt, receipt_at
 
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stage import Scope
-from pipeline.engine.stages import STAGES
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.query import ask
-from pipeline.store.tables import to_parquet
-from pipeline.store.work import Made, Work
-from schemas import Trajectories
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.tables import to_parquet
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import Trajectories
 
 PLAY_S = 600.0
 SETTINGS = Settings()
@@ -77,11 +77,11 @@ def test_write(benchmark, table, how):
 MERGE = textwrap.dedent("""
     import resource, sys
     from pathlib import Path
-    from pipeline.engine.stage import Output
-    from pipeline.engine.stages import STAGES
-    from pipeline.engine.update import scope_of
-    from pipeline.settings import Settings
-    from pipeline.store import Store
+    from pitchlore.pipeline.engine.stage import Output
+    from pitchlore.pipeline.engine.stages import STAGES
+    from pitchlore.pipeline.engine.update import scope_of
+    from pitchlore.pipeline.settings import Settings
+    from pitchlore.pipeline.store import Store
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     store, settings = Store(Path(sys.argv[1])), Settings()
     STAGES.perform(store, STAGES["behaviours"], Output("all"), settings.behaviours, scope_of(store))
@@ -113,7 +113,7 @@ def test_many(benchmark, tmp_path, copies):
 
 @pytest.mark.benchmark(group="SQL over 100 matches")
 def test_sql_ours(benchmark, tmp_path):
-    from pipeline.engine.catalog import refresh
+    from pitchlore.pipeline.engine.catalog import refresh
 
     store = Store(tmp_path)
     chain(tmp_path)

@@ -13,12 +13,12 @@ import pytest
 from conftest import SAMPLE, clip
 from support.processes import COMMAND_LINE
 
-from flows.server import Keeper
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.store import Store
+from pitchlore.flows.server import Keeper
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.store import Store
 
 #: Ends the process where its first task would begin.
-TO_THE_FIRST_TASK = "import os, flows.imports; flows.imports.import_recording = lambda *_: os._exit(0)\n"
+TO_THE_FIRST_TASK = "import os, pitchlore.flows.imports; pitchlore.flows.imports.import_recording = lambda *_: os._exit(0)\n"
 #: Packages that are named beside a command.
 MOST = 6
 

@@ -7,10 +7,10 @@ beforehand: what a learner's own network takes is not in it.
 import numpy as np
 import pytest
 
-from pipeline.arena.env import BEHAVIOURS, env, parallel_env
-from pipeline.arena.match.controllers import Controller
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.env import BEHAVIOURS, env, parallel_env
+from pitchlore.pipeline.arena.match.controllers import Controller
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 
 FRAMES = 6_000
 GROUP = "play 3v3 through an environment"

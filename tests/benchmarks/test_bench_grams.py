@@ -6,11 +6,11 @@ import pytest
 from polars.testing import assert_frame_equal
 from support.rows import sequences_of
 
-from pipeline.behaviours.grams import grams, merge, spelt
-from pipeline.numbers.sums import QUANTUM
-from pipeline.sequences.windows import side_of
-from pipeline.settings import GramSettings
-from schemas import ROLES, SIDES, Goals, Situations
+from pitchlore.pipeline.behaviours.grams import grams, merge, spelt
+from pitchlore.pipeline.numbers.sums import QUANTUM
+from pitchlore.pipeline.sequences.windows import side_of
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.schemas import ROLES, SIDES, Goals, Situations
 
 SETTINGS = GramSettings(outcome="paper")
 CODES = np.array([1, 11, 21, 22, 34, 44, 46, 47, 57, 68, 78, 88, 108, 118, 138, 150, 162, 173, 184, 194])

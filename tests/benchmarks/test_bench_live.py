@@ -13,12 +13,12 @@ import pytest
 from support.as_packets import vsss_packets_of
 from support.recordings import RSIM, imported
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.live.following import Follower, prepare
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.incremental import Recogniser
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.live.following import Follower, prepare
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.incremental import Recogniser
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
 
 SETTINGS = SituationSettings()
 PITCH = PITCHES[Kind.VSSS]
@@ -63,8 +63,8 @@ def test_the_segment_anew(benchmark, parts):
 def test_follow_and_paint(benchmark):
     pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
-    from flows.showing import snapshot
-    from pipeline.arena.window.screen import Board
+    from pitchlore.flows.showing import snapshot
+    from pitchlore.pipeline.arena.window.screen import Board
 
     packets = vsss_packets_of(imported(RSIM), SECONDS, 0)
     prepare("vsss")

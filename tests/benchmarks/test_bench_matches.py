@@ -12,10 +12,10 @@ from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
 
-from pipeline import matches
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.matches.channels import FRAME, TOPICS
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches.channels import FRAME, TOPICS
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog
 
 FRAMES, ROBOTS = 28_800, 6
 INFO = MatchInfo(

@@ -17,18 +17,18 @@ import pytest
 from mcap.writer import Writer
 from support.by_attribute import ByAttribute
 
-from pipeline import matches
-from pipeline.arena import physics
-from pipeline.arena.match.controllers import controller_of
-from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.arena import Arena
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.measures import Measures
-from pipeline.engine.record import record
-from pipeline.game.bodies import VX
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.store import Store
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena import physics
+from pitchlore.pipeline.arena.match.controllers import controller_of
+from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.game.bodies import VX
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.store import Store
 
 VSSS = PITCHES[Kind.VSSS]
 HZ, MINUTE = 60, 3_600

@@ -19,15 +19,15 @@ import skfuzzy
 from skfuzzy import control
 from support.recordings import RSIM, imported
 
-from pipeline.game.pitch import SCALES, Kind
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations import conditions, fuzzy, signals
-from pipeline.situations.conditions import execute
-from pipeline.situations.dense import dense_match
-from pipeline.situations.recognise import recognise
-from pipeline.situations.rulebook import compiled, variable_of
-from pipeline.situations.rules import MACROS, RULES, Start
-from pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.game.pitch import SCALES, Kind
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations import conditions, fuzzy, signals
+from pitchlore.pipeline.situations.conditions import execute
+from pitchlore.pipeline.situations.dense import dense_match
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.situations.rulebook import compiled, variable_of
+from pitchlore.pipeline.situations.rules import MACROS, RULES, Start
+from pitchlore.pipeline.trajectories.derive import trajectories
 
 TERMS = fuzzy.terms(SCALES[Kind.VSSS])
 OWN = compiled(Kind.VSSS)["own"]

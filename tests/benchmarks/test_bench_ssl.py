@@ -11,8 +11,8 @@ from google.protobuf.internal import api_implementation
 from support.protobufs import message_class
 from support.ssl_long import long_log
 
-from pipeline.importers.ssl_logs.container import HEADER_BYTES, VISION_2014, Container
-from pipeline.importers.ssl_logs.vision import detections
+from pitchlore.pipeline.importers.ssl_logs.container import HEADER_BYTES, VISION_2014, Container
+from pitchlore.pipeline.importers.ssl_logs.vision import detections
 
 SECONDS = 60
 MESSAGES = SECONDS * 75 * 4

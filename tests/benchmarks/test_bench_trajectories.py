@@ -5,12 +5,12 @@ import polars as pl
 import pytest
 from scipy.signal import savgol_filter
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories.derive import trajectories
-from pipeline.trajectories.kinematics import slopes
-from schemas import Referee
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.trajectories.kinematics import slopes
+from pitchlore.schemas import Referee
 
 FRAMES, ROBOTS = 28_800, 6
 ROWS = FRAMES * (ROBOTS + 1)

@@ -9,13 +9,13 @@ from conftest import SAMPLE
 from sklearn.ensemble import HistGradientBoostingClassifier
 from threadpoolctl import threadpool_limits
 
-from pipeline.importers import readers
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.numbers import trees
-from pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
-from pipeline.trajectories.derive import trajectories
-from pipeline.values.fitting import fit, grow
-from pipeline.values.moments import moments
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.numbers import trees
+from pitchlore.pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.values.fitting import fit, grow
+from pitchlore.pipeline.values.moments import moments
 
 ASKED = 100_000
 SETTINGS = ModelSettings()

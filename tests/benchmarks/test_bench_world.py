@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support.by_attribute import body_by_body
 
-from pipeline.arena.physics.arena import Arena
-from pipeline.game.bodies import VX
-from pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.game.bodies import VX
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
 
 VSSS = PITCHES[Kind.VSSS]
 FRAMES = 6_000

@@ -9,9 +9,9 @@ from threading import Thread
 
 from support.vsss_messages import environment
 
-from flows.watching import watch
-from pipeline.importers.packets.streams import LEAGUES
-from pipeline.store import Store
+from pitchlore.flows.watching import watch
+from pitchlore.pipeline.importers.packets.streams import LEAGUES
+from pitchlore.pipeline.store import Store
 
 SENT = 40
 

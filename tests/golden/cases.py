@@ -21,32 +21,38 @@ from typing import Any
 import polars as pl
 from support import executions, played, recordings
 
-from flows.report import write_report
-from pipeline import arena, matches
-from pipeline.arena.match.recipe import TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.engine.evaluations import evaluate
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stage import Per
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.engine.versions import emit
-from pipeline.events.derive import events
-from pipeline.matches.frame import MatchLog
-from pipeline.settings import EventSettings, ModelSettings, MomentSettings, Settings, TrajectorySettings
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt, digest
-from pipeline.studies.evaluations import Entrant, Evaluation
-from pipeline.studies.paradigms.claims import verdicts
-from pipeline.studies.paradigms.experiments import Design, sweeps
-from pipeline.trajectories.derive import trajectories
-from pipeline.values import models, shooting
-from pipeline.values.chances import FEATURES
-from pipeline.values.fitting import fit
-from pipeline.values.moments import moments
-from pipeline.views.commentary import CommentarySettings, commentary
-from pipeline.views.commentary.summary import heading, numbers
-from schemas import (
+from pitchlore.flows.report import write_report
+from pitchlore.pipeline import arena, matches
+from pitchlore.pipeline.arena.match.recipe import TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.events.derive import events
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.settings import (
+    EventSettings,
+    ModelSettings,
+    MomentSettings,
+    Settings,
+    TrajectorySettings,
+)
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt, digest
+from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.studies.paradigms.claims import verdicts
+from pitchlore.pipeline.studies.paradigms.experiments import Design, sweeps
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.values import models, shooting
+from pitchlore.pipeline.values.chances import FEATURES
+from pitchlore.pipeline.values.fitting import fit
+from pitchlore.pipeline.values.moments import moments
+from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
+from pitchlore.pipeline.views.commentary.summary import heading, numbers
+from pitchlore.schemas import (
     PUBLIC,
     Evaluations,
     Goals,

@@ -15,11 +15,11 @@ import numpy as np
 import polars as pl
 from support import ssl_messages as ssl
 
-from pipeline import matches
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.packets.recorder import Packet, PacketRecorder
-from pipeline.importers.rows import Event, pack, referee
-from pipeline.matches.frame import MatchInfo, MatchLog, Period
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
+from pitchlore.pipeline.importers.rows import Event, pack, referee
+from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog, Period
 
 HERE = Path(__file__).parent
 NAMES = ("amber", "blue")

@@ -27,13 +27,13 @@ from conftest import SAMPLE
 from support.played import logged
 from support.recordings import INSPER, RCSS, SSL
 
-from pipeline import matches
-from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
-from pipeline.game.pitch import Pitch
-from pipeline.importers import readers
-from pipeline.importers.tracking.ball_goals import Ball, ball_goals
-from pipeline.importers.tracking.mapping import GoalFinding
-from pipeline.matches.frame import MatchLog, home_attacks
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.tracking.ball_goals import Ball, ball_goals
+from pitchlore.pipeline.importers.tracking.mapping import GoalFinding
+from pitchlore.pipeline.matches.frame import MatchLog, home_attacks
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),

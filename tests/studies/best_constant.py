@@ -36,16 +36,16 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.arena.teams.constant import Constant
-from pipeline.arena.teams.executors.actions import CODES
-from pipeline.numbers.statistics import mean_interval
-from pipeline.store.receipts import software
-from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
-from pipeline.studies.seasons.settings import named
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.arena.teams.constant import Constant
+from pitchlore.pipeline.arena.teams.executors.actions import CODES
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.store.receipts import software
+from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
+from pitchlore.pipeline.studies.seasons.settings import named
 
 _APPRENTICE = named("best")
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from conftest import clip
 
-from flows.cli import main
+from pitchlore.flows.cli import main
 
 CATALOGUE = "catalog.duckdb"
 

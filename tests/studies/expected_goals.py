@@ -26,12 +26,12 @@ from conftest import SAMPLE
 from studies.teams_apart import command, play
 from support.recordings import INSPER, RCSS, RSIM, SSL
 
-from pipeline.game.pitch import Pitch
-from pipeline.settings import ModelSettings
-from pipeline.store import Store
-from pipeline.values.chances import FEATURES, features_of
-from pipeline.values.shooting import CONTROLS, figures, left_out
-from schemas import Chances, Shots
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.values.chances import FEATURES, features_of
+from pitchlore.pipeline.values.shooting import CONTROLS, figures, left_out
+from pitchlore.schemas import Chances, Shots
 
 #: Matches of each team, deals of the goals, and resamples of the bootstrap.
 MATCHES, DEALS, RESAMPLES = 20, 20, 2000

@@ -27,16 +27,16 @@ from studies.usual import situations_of
 from support import recordings
 from support.football import FILES, MATCH, whole_match
 
-from pipeline.events.control import NOBODY, control
-from pipeline.game.pitch import PITCHES, SCALES, Kind
-from pipeline.importers.readers import open_source, read
-from pipeline.matches.frame import MatchLog
-from pipeline.settings import TrajectorySettings
-from pipeline.situations.usual import recognition
-from pipeline.trajectories.derive import trajectories
-from pipeline.trajectories.heights import with_heights
-from schemas import SIDES
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.events.control import NOBODY, control
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.situations.usual import recognition
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.trajectories.heights import with_heights
+from pitchlore.schemas import SIDES
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Blocks of the bootstrap, s, its rounds and seed.
 BLOCK_S, ROUNDS, SEED = 300.0, 2000, 7

@@ -24,9 +24,9 @@ from types import FrameType
 import polars as pl
 from recordings.make import FILES
 
-from pipeline.base.errors import PitchloreError
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking.mapping import TrackingMap, load_map
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 
 #: Most that one input may take.
 SECONDS, MEGABYTES = 10, 1024

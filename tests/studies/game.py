@@ -18,15 +18,15 @@ import numpy as np
 import polars as pl
 from support.played import logged
 
-from pipeline import matches
-from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
-from pipeline.arena.physics.laws import Marks, RefereeSettings
-from pipeline.importers import readers
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
-from pipeline.numbers.statistics import mean_interval
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import Marks, RefereeSettings
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),

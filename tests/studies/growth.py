@@ -20,9 +20,9 @@ from typing import NamedTuple
 import polars as pl
 from studies.scale import Bench, Cost
 
-from pipeline.engine.stage import ALL
-from pipeline.store import Store
-from schemas import Grams
+from pitchlore.pipeline.engine.stage import ALL
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Grams
 
 SIZES = (10, 40, 160, 400)
 

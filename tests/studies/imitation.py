@@ -23,10 +23,10 @@ from pathlib import Path
 import polars as pl
 from studies.teams_apart import command
 
-from pipeline.numbers.statistics import mean_interval
-from pipeline.store import Store
-from pipeline.studies.seasons.measures import DIFFERENCE
-from schemas import Games
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE
+from pitchlore.schemas import Games
 
 SEEDS = range(2301, 2311)
 WATCHING, TRIES = ("looking-imitates", "looking"), "looking-all"

@@ -41,29 +41,29 @@ import polars as pl
 from scipy import stats
 from studies.teams_apart import command
 
-from pipeline import matches as log
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
-from pipeline.arena.physics.camera import CameraSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arena.teams.appraising import appraised, appraiser_of
-from pipeline.arena.teams.panel import PANEL
-from pipeline.engine.evaluations import evaluate
-from pipeline.engine.placement.crew import Crew
-from pipeline.engine.placement.places import crew_at
-from pipeline.engine.record import record
-from pipeline.engine.teams import apprentice, entrant, labelled
-from pipeline.numbers.statistics import mean_interval, welch
-from pipeline.policies.appraise import appraise
-from pipeline.sequences.sights import sights
-from pipeline.settings import AppraisalSettings, GramSettings
-from pipeline.store import Store
-from pipeline.studies.evaluations import Evaluation
-from pipeline.studies.seasons.measures import DIFFERENCE
-from schemas import ROLES, Decisions, Sights, Values
-from schemas.decisions import BRIEF_FRAMES
-from schemas.sights import SIGHT
+from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
+from pitchlore.pipeline.arena.teams.appraising import appraised, appraiser_of
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.placement.crew import Crew
+from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.teams import apprentice, entrant, labelled
+from pitchlore.pipeline.numbers.statistics import mean_interval, welch
+from pitchlore.pipeline.policies.appraise import appraise
+from pitchlore.pipeline.sequences.sights import sights
+from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.evaluations import Evaluation
+from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE
+from pitchlore.schemas import ROLES, Decisions, Sights, Values
+from pitchlore.schemas.decisions import BRIEF_FRAMES
+from pitchlore.schemas.sights import SIGHT
 
 #: Seeds of the logged matches.
 LOGGED = range(2_100_000, 2_100_004)

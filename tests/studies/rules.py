@@ -16,13 +16,13 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arena.match.controllers import ScriptedController
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
-from pipeline.arena.teams import static
-from pipeline.arena.teams.table import TEAMS, Memory, Script
-from pipeline.numbers.statistics import mean_interval
-from schemas import SIDES
+from pitchlore.pipeline.arena.match.controllers import ScriptedController
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.teams import static
+from pitchlore.pipeline.arena.teams.table import TEAMS, Memory, Script
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.schemas import SIDES
 
 #: Seeds of the reported matches. The rules and their numbers were chosen on seeds 1000 to 2329 and 5001 to 5100.
 SEEDS = range(6001, 6101)

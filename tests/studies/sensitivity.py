@@ -13,13 +13,13 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.report import sources, tables
-from pipeline.store import Store
-from pipeline.store.receipts import RELEASE
-from pipeline.studies.seasons.claims import PAPER
-from pipeline.studies.seasons.sections import about_sensitivity
-from pipeline.studies.seasons.sensitivity import sensitivity, varied
-from schemas import STAND_IN
+from pitchlore.flows.report import sources, tables
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.pipeline.studies.seasons.claims import PAPER
+from pitchlore.pipeline.studies.seasons.sections import about_sensitivity
+from pitchlore.pipeline.studies.seasons.sensitivity import sensitivity, varied
+from pitchlore.schemas import STAND_IN
 
 
 def main(folder: Path, data: Path) -> None:

@@ -15,9 +15,9 @@ from pathlib import Path
 import polars as pl
 from studies.values import _played
 
-from pipeline.settings import ModelSettings
-from pipeline.values import models
-from pipeline.values.fitting import fit
+from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.values import models
+from pitchlore.pipeline.values.fitting import fit
 
 _MATCHES, _FIRST_SEED = 20, 8001
 _PAIRINGS = (("static", "static"), ("human-like", "human-like"))

@@ -23,9 +23,9 @@ import polars as pl
 from sklearn.cluster import KMeans
 from sklearn.metrics import adjusted_rand_score, rand_score
 
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt
-from schemas import Matches, Possession, Situations, Trajectories
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.schemas import Matches, Possession, Situations, Trajectories
 
 TEAMS = ("static", "human-like", "random", "constant:044", "constant:021")
 MINUTES, SHUFFLES = 2, 10_000

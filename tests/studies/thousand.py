@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 
-from pipeline.arena.match.controllers import controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.match.controllers import controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 
 #: Teams of both sides, matches; a match has both halves.
 STUDY: tuple[tuple[TeamKind, int], ...] = (("random", 1000), ("static", 200))

@@ -22,16 +22,16 @@ import numpy as np
 import polars as pl
 from conftest import ROOT
 
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.engine.teams import entrant
-from pipeline.game.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
-from pipeline.live.encoding import WHEEL_M
-from pipeline.numbers.arrays import F64
-from pipeline.numbers.statistics import mean_interval
-from pipeline.store import Store
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.game.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.live.encoding import WHEEL_M
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.store import Store
 
 #: Seeds that nothing was chosen on.
 SEEDS = range(2_400_000, 2_400_010)

@@ -40,18 +40,18 @@ from studies.looking import ALL, HELD, STATIC, Learner, cells, learners_of, repl
 from studies.peers.playing import STEP_S, Observed, pitch_of
 from studies.peers.worth import Worth
 
-from pipeline import arena
-from pipeline.arena.env import BEHAVIOURS, ParallelMatch
-from pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
-from pipeline.arena.teams.clock import PAPER
-from pipeline.arena.teams.constant import Constant, clock_of, constant
-from pipeline.engine.teams import apprentice, labelled
-from pipeline.numbers.statistics import mean_interval, welch
-from pipeline.state.sight import see_from
-from pipeline.store import Store
-from pipeline.store.receipts import digest
-from schemas import ROLES, SIDES
-from schemas.sights import SIGHT
+from pitchlore.pipeline import arena
+from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch
+from pitchlore.pipeline.arena.teams.appraising import Appraiser, appraised, appraiser_of
+from pitchlore.pipeline.arena.teams.clock import PAPER
+from pitchlore.pipeline.arena.teams.constant import Constant, clock_of, constant
+from pitchlore.pipeline.engine.teams import apprentice, labelled
+from pitchlore.pipeline.numbers.statistics import mean_interval, welch
+from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import digest
+from pitchlore.schemas import ROLES, SIDES
+from pitchlore.schemas.sights import SIGHT
 
 LOOKS, BLIND = "looks", "blind"
 #: The constant team that was the best in whole matches when the trials were written.

@@ -18,10 +18,10 @@ from matplotlib.figure import Figure
 from studies.looking import STATIC
 from studies.peers.teams import OURS
 
-from pipeline.numbers.statistics import mean_interval
-from pipeline.studies.seasons.measures import DIFFERENCE
-from pipeline.studies.seasons.settings import named
-from pipeline.views.plots.style import png
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE
+from pitchlore.pipeline.studies.seasons.settings import named
+from pitchlore.pipeline.views.plots.style import png
 
 #: The study of learners that play no seasons.
 PEERS = "peers"

@@ -18,14 +18,14 @@ from conftest import RECORDINGS, SAMPLE
 from support import recordings
 from support.football import whole_match
 
-from pipeline.game.pitch import Kind
-from pipeline.importers.readers import open_source, read
-from pipeline.matches.frame import MatchLog
-from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from pipeline.trajectories.heights import with_heights
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.trajectories.heights import with_heights
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 
 def situations_of(match: MatchLog) -> pl.DataFrame:

@@ -21,19 +21,19 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss, roc_auc_score
 from support.recordings import INSPER, RCSS, RSIM, SSL
 
-from pipeline import matches
-from pipeline.arena.match.controllers import controllers_of
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.behaviours.grams import grams, merge, spelt
-from pipeline.behaviours.shrinkage import valued
-from pipeline.goals import attribute
-from pipeline.importers import readers
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.sequences.derive import value
-from pipeline.sequences.windows import followed, owned_by, side_of
-from pipeline.settings import (
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.match.controllers import controllers_of
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.behaviours.grams import grams, merge, spelt
+from pitchlore.pipeline.behaviours.shrinkage import valued
+from pitchlore.pipeline.goals import attribute
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.sequences.derive import value
+from pitchlore.pipeline.sequences.windows import followed, owned_by, side_of
+from pitchlore.pipeline.settings import (
     GoalSettings,
     GramSettings,
     ModelSettings,
@@ -42,12 +42,12 @@ from pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pipeline.situations.recognise import recognise
-from pipeline.trajectories.derive import trajectories
-from pipeline.values import models, trees
-from pipeline.values.fitting import fit, grow
-from pipeline.values.moments import moments
-from pipeline.values.worths import values, worths
+from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.values import models, trees
+from pitchlore.pipeline.values.fitting import fit, grow
+from pitchlore.pipeline.values.moments import moments
+from pitchlore.pipeline.values.worths import values, worths
 
 #: Pairings and the first seed; no choice was made on these seeds.
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (

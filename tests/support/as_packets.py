@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from support import vsss_messages
 
-from pipeline.importers.packets.recorder import Packet
-from pipeline.importers.packets.streams import channels
-from pipeline.matches.frame import AWAY, HOME, MatchLog
+from pitchlore.pipeline.importers.packets.recorder import Packet
+from pitchlore.pipeline.importers.packets.streams import channels
+from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog
 
 #: Frames between a kick-off and the words "game on".
 KICKOFF = 12

@@ -10,20 +10,20 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from pipeline.base.errors import PitchloreError
-from pipeline.engine.catalog import forget_match, refresh
-from pipeline.engine.costs import Spent
-from pipeline.engine.games import Turn, done, take
-from pipeline.engine.making import Outcome, make
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.progress import RunReport
-from pipeline.engine.stage import Output, Per, Scope, Stage
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import bring_up_to_date
-from pipeline.engine.versions import emit
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season, parse
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.engine.catalog import forget_match, refresh
+from pitchlore.pipeline.engine.costs import Spent
+from pitchlore.pipeline.engine.games import Turn, done, take
+from pitchlore.pipeline.engine.making import Outcome, make
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import bring_up_to_date
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.arena.physics.walls import walls
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.matches.frame import Frames
+from pitchlore.pipeline.arena.physics.walls import walls
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.matches.frame import Frames
 
 F64 = npt.NDArray[np.float64]
 

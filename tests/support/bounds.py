@@ -14,10 +14,10 @@ ROOT = Path(__file__).parents[2]
 _CALL = """
 import json, resource, sys, time
 from pathlib import Path
-from pipeline.base.errors import PitchloreError
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking.mapping import load_map
-from pipeline.store import Store
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.tracking.mapping import load_map
+from pitchlore.pipeline.store import Store
 from recordings.make import FILES
 
 for name, make in FILES.items():  # what is loaded and compiled once for all

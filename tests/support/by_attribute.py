@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pymunk
 
-from pipeline.arena.physics.arena import Arena
-from pipeline.arena.physics.drive import drive, publish
-from pipeline.game.bodies import COLUMNS, OMEGA, THETA, VX, VY, X, Y
-from pipeline.game.pitch import Pitch
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.arena.physics.drive import drive, publish
+from pitchlore.pipeline.game.bodies import COLUMNS, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import Pitch
 
 
 class ByAttribute:

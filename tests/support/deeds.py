@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 
-from pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.base.errors import StorageFailed
 
 
 def die() -> None:

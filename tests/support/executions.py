@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from support.toy_scenes import BY_CHANCE, CODES, ROBOTS, VSSS, M, filmed, openings, splitmix
 
-from pipeline.arena.physics.arena import Arena
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.game.bodies import BALL, X, Y
-from pipeline.settings import SituationSettings
-from pipeline.situations.recognise import recognise
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION
+from pitchlore.pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations.recognise import recognise
 
 #: Scenes a code.
 EACH = 30

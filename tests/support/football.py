@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.importers.football.dataset import match_of
-from pipeline.importers.football.providers import dataset_of, open_files
-from pipeline.importers.source import SourceFile
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.importers.football.dataset import match_of
+from pitchlore.pipeline.importers.football.providers import dataset_of, open_files
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.matches.frame import MatchLog
 
 _SPEC = find_spec("kloppy")
 #: The folder of kloppy's own test files.

@@ -22,8 +22,8 @@ from typing import Any
 
 from support.at_once import ACTIONS
 
-from pipeline.base.errors import PitchloreError
-from pipeline.store import Store
+from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.store import Store
 
 
 def dying(step: int, root: Path) -> Callable[[], int]:

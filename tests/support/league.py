@@ -11,13 +11,13 @@ import pytest
 from conftest import clip
 from support.sessions import once
 
-from pipeline.engine.matches import Recording, import_recording
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import scope_of
-from pipeline.engine.versions import emit
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.views.scout.content.write import write
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.write import write
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 HOSTILE = "<script>document.title='taken'</script> \"'&"

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.settings import SituationSettings
-from pipeline.situations import fuzzy
-from pipeline.situations.fuzzy import Variable
-from pipeline.situations.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
-from schemas import ROLES
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.situations import fuzzy
+from pitchlore.pipeline.situations.fuzzy import Variable
+from pitchlore.pipeline.situations.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
+from pitchlore.schemas import ROLES
 
 CLOCK = 1_000
 ROUNDING = 1e-9

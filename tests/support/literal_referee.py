@@ -10,10 +10,10 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from pipeline.arena.physics.laws import FREE_BALL, GOAL, GOAL_KICK, KICK_OFF, PENALTY
-from pipeline.arena.physics.referee import ATTACKERS, DEFENDERS, STUCK, Laws
-from pipeline.game.bodies import BALL, VX, VY, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.physics.laws import FREE_BALL, GOAL, GOAL_KICK, KICK_OFF, PENALTY
+from pitchlore.pipeline.arena.physics.referee import ATTACKERS, DEFENDERS, STUCK, Laws
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 
 class Verdict(NamedTuple):

@@ -3,9 +3,9 @@
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from schemas import Referee
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pitchlore.schemas import Referee
 
 
 def ns(seconds):

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import polars as pl
 
-from pipeline.store import Store
-from pipeline.store.work import Made, Work
-from schemas import Goals
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import Goals
 
 
 def put_goal(store: Store, match: str, robot: int) -> Path:

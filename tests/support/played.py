@@ -11,16 +11,16 @@ from typing import Any
 
 import polars as pl
 
-from pipeline import matches
-from pipeline.arena.match.controllers import PolicyTables, controller_of
-from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.engine import games as loop
-from pipeline.matches.frame import Frames, MatchLog
-from pipeline.store import Store
-from pipeline.studies.seasons.settings import Season, parse
-from schemas import ROLES, Appraisals, Behaviours, Games, Growth, Occasions, Policies, Sights
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controller_of
+from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine import games as loop
+from pitchlore.pipeline.matches.frame import Frames, MatchLog
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.studies.seasons.settings import Season, parse
+from pitchlore.schemas import ROLES, Appraisals, Behaviours, Games, Growth, Occasions, Policies, Sights
 
 #: What the learned team knows: values of behaviours in any state, the same for each role.
 KNOWN = {"046-044-021": 0.5, "184": 0.5, "194": 0.1}

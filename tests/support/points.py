@@ -2,8 +2,8 @@
 
 import polars as pl
 
-from pipeline.numbers.statistics import wilson
-from schemas.paradigms import Paradigms
+from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.schemas.paradigms import Paradigms
 
 GAMES = {4: "penalty", 5: "climbing", 6: "grid"}
 

@@ -11,7 +11,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 #: The command line as it is installed: it leaves without unwinding the threads of Prefect, which could abort it.
-COMMAND_LINE = "\nfrom flows.cli import script; script()"
+COMMAND_LINE = "\nfrom pitchlore.flows.cli import script; script()"
 
 
 def pitchlore(*words: object, before: str = "") -> list[str]:

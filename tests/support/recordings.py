@@ -9,10 +9,10 @@ from hashlib import sha256
 import pytest
 from conftest import RECORDINGS, SAMPLE
 
-from pipeline.importers import readers
-from pipeline.importers.source import SourceFile, inflate
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.source import SourceFile, inflate
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
 
 RSIM = "rsim-vss-3v3.parquet"
 SSL = "ssl-2025-robocin-tigers-345s.parquet"

@@ -3,10 +3,10 @@
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.sequences.derive import sequences
-from pipeline.settings import GramSettings
-from schemas import ROLES, SIDES, Patterns, Referee, Situations, Trajectories
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.sequences.derive import sequences
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.schemas import ROLES, SIDES, Patterns, Referee, Situations, Trajectories
 
 S = 1_000_000_000
 MATCH = "match-0123456789ab"

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, Table, match_id, unit
+from pitchlore.schemas.table import SIDES, Table, match_id, unit
 
 
 class Sprints(Table):
@@ -33,8 +33,8 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.settings import SprintSettings
-from schemas.sprints import Sprints
+from pitchlore.pipeline.settings import SprintSettings
+from pitchlore.schemas.sprints import Sprints
 
 
 def sprints(bodies: pl.DataFrame, settings: SprintSettings) -> pl.DataFrame:
@@ -53,7 +53,7 @@ def sprints(bodies: pl.DataFrame, settings: SprintSettings) -> pl.DataFrame:
 
 #: File to what is put before which line.
 EDITS = {
-    "schemas/__init__.py": [("from schemas.table import BODIES as BODIES", "from schemas.sprints import Sprints as Sprints\n")],
+    "schemas/__init__.py": [("from pitchlore.schemas.table import BODIES as BODIES", "from pitchlore.schemas.sprints import Sprints as Sprints\n")],
     "pipeline/settings.py": [
         ("class Settings(Frozen):", '''class SprintSettings(Frozen):
     """Which robots have a row in the table of sprints.
@@ -70,14 +70,14 @@ EDITS = {
     ],
     "pipeline/engine/stages.py": [
         ("def _goals(", '''def _sprints(inputs: Inputs, settings: SprintSettings) -> Made:
-    from pipeline.sprints import sprints
+    from pitchlore.pipeline.sprints import sprints
 
     return Made([(sprints(inputs.table("trajectories", Trajectories), settings), Sprints)])
 
 
 '''),
-        ("from pipeline.store.work import Made", "from pipeline.settings import SprintSettings\n"),
-        ("from schemas import (", "from schemas.sprints import Sprints\n"),
+        ("from pitchlore.pipeline.store.work import Made", "from pitchlore.pipeline.settings import SprintSettings\n"),
+        ("from pitchlore.schemas import (", "from pitchlore.schemas.sprints import Sprints\n"),
         ('    Stage("goals"', '    Stage("sprints", Per.MATCH, ("trajectories",), (Sprints,), 1, _sprints),\n'),
     ],
 }

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 import polars as pl
 
-from schemas import ROLES, Trajectories
+from pitchlore.schemas import ROLES, Trajectories
 
 Path = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 

@@ -2,8 +2,8 @@
 
 import polars as pl
 
-from pipeline.studies.evaluations import slug
-from schemas import ROLES, Evaluations, Games, Growth
+from pitchlore.pipeline.studies.evaluations import slug
+from pitchlore.schemas import ROLES, Evaluations, Games, Growth
 
 
 def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda g: 0.0, goals=lambda g: (1, 0),

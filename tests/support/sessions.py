@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from flows.server import DATABASE
+from pitchlore.flows.server import DATABASE
 
 #: Where the session's processes find its folder: Prefect's homes are in it.
 FOLDER = "PITCHLORE_TESTS"

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 from support.ssl_messages import REFEREE, VISION_2014, Message, Seen, Team, log, referee, size, vision
 
-from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking.mapping import TrackingMap, load_map
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
+from pitchlore.pipeline.matches.frame import MatchLog
 
 #: Unix time at which the games begin, seconds; a sum with a sixty-fourth of a second is exact.
 EPOCH = 1_750_000_000.0

@@ -6,7 +6,7 @@ It stands in for the arena where a player only needs something that answers to i
 from __future__ import annotations
 
 # isort: off
-import pipeline  # noqa: F401 - before numba: it says where numba keeps its cache
+from pitchlore import pipeline  # noqa: F401 - before numba: it says where numba keeps its cache
 # isort: on
 
 import math
@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
 
 FRAME_S = 1 / 60
 SUBSTEPS = 4

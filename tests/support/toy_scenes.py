@@ -9,17 +9,17 @@ import polars as pl
 from hypothesis import strategies as st
 from support.toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.executors.actions import ACTION, LIMIT_S, VERB
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.roles import assign
-from pipeline.arena.teams.splitmix import seeded
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.situations import conditions, signals
-from pipeline.situations.rulebook import compiled
-from pipeline.situations.rules import RULES, Target
-from schemas import ROLES, Trajectories
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION, LIMIT_S, VERB
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.roles import assign
+from pitchlore.pipeline.arena.teams.splitmix import seeded
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.situations import conditions, signals
+from pitchlore.pipeline.situations.rulebook import compiled
+from pitchlore.pipeline.situations.rules import RULES, Target
+from pitchlore.schemas import ROLES, Trajectories
 
 VSSS = PITCHES[Kind.VSSS]
 M = Measures.of(VSSS, top=1.2, axle=AXLE, acceleration=ACCELERATION, frame_s=FRAME_S)

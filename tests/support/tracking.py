@@ -7,9 +7,9 @@ import io
 import polars as pl
 from support.recordings import taken_for
 
-from pipeline.importers.tracking import csv_file, parquet_file
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.importers.tracking import csv_file, parquet_file
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
 
 HEADER = "frame,t,team,player,x,y,heading"
 FRAME = """0,10.0,ball,,0.5,-0.25,

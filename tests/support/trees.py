@@ -9,13 +9,14 @@ from pathlib import Path
 from numba.core.caching import _CacheLocator
 
 ROOT = Path(__file__).parents[2]
+PACKAGE = Path("pitchlore", "pipeline")
 _COMPILED = Path(os.environ["NUMBA_CACHE_DIR"])
 
 
 def copied(tree: Path, *folders: str) -> dict[str, str]:
     """Copy folders of this tree into another; the environment of a process that runs the copy's code."""
     for folder in folders:
-        shutil.copytree(ROOT / folder, tree / folder, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / folder, tree / folder, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
     lend(tree)
     return {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | {
         "PYTHONPATH": os.pathsep.join([str(tree), str(tree / "tests")])}
@@ -26,9 +27,9 @@ def lend(tree: Path) -> None:
 
     numba keeps compiled functions by the folder, time and size of their file.
     """
-    cache = tree / "pipeline" / "__pycache__" / _COMPILED.name
+    cache = tree / PACKAGE / "__pycache__" / _COMPILED.name
     folders = set()
-    for file in (ROOT / "pipeline").rglob("*.py"):
+    for file in (ROOT / PACKAGE).rglob("*.py"):
         copy, seen = tree / file.relative_to(ROOT), file.stat()
         os.utime(copy, ns=(seen.st_atime_ns, seen.st_mtime_ns))
         folders.add((file.parent, copy.parent))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.arena.match.controllers import Controller
+from pitchlore.pipeline.arena.match.controllers import Controller
 
 
 class Watched(Controller):

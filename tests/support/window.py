@@ -8,14 +8,14 @@ import pytest
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
-from pipeline import arena  # noqa: E402
-from pipeline.arena.window.screen import Window  # noqa: E402
+from pitchlore.pipeline import arena  # noqa: E402
+from pitchlore.pipeline.arena.window.screen import Window  # noqa: E402
 
 
 def without_pygame(monkeypatch):
     """As if pygame were not installed, for what loads the window from now on."""
-    monkeypatch.setattr(arena, "window", sys.modules["pipeline.arena.window"])  # put back with the modules
-    for module in [name for name in sys.modules if name.startswith("pipeline.arena.window")]:
+    monkeypatch.setattr(arena, "window", sys.modules["pitchlore.pipeline.arena.window"])  # put back with the modules
+    for module in [name for name in sys.modules if name.startswith("pitchlore.pipeline.arena.window")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "pygame", None)
 

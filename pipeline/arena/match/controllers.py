@@ -9,22 +9,22 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import polars as pl
 
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.teams import appraising, learned
-from pipeline.arena.teams.ball import NOBODY
-from pipeline.arena.teams.clock import PAPER, Clock
-from pipeline.arena.teams.constant import clock_of, constant
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.policy_table import policy_table_of
-from pipeline.arena.teams.predicting import Predictor, predict
-from pipeline.arena.teams.splitmix import seeded
-from pipeline.arena.teams.table import TEAMS, Script
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import COLUMNS
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.numbers.arrays import F64
-from pipeline.state import BinEdges, radix
-from schemas import Policies
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.teams import appraising, learned
+from pitchlore.pipeline.arena.teams.ball import NOBODY
+from pitchlore.pipeline.arena.teams.clock import PAPER, Clock
+from pitchlore.pipeline.arena.teams.constant import clock_of, constant
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.policy_table import policy_table_of
+from pitchlore.pipeline.arena.teams.predicting import Predictor, predict
+from pitchlore.pipeline.arena.teams.splitmix import seeded
+from pitchlore.pipeline.arena.teams.table import TEAMS, Script
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import COLUMNS
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.state import BinEdges, radix
+from pitchlore.schemas import Policies
 
 
 class Controller(Protocol):

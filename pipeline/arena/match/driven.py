@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.arena.match.controllers import Controller, measures_of
-from pipeline.arena.match.recipe import Recipe
-from pipeline.arena.teams.chosen import carry_out
-from pipeline.arena.teams.executors.actions import ACTION, CODES
-from pipeline.arena.teams.splitmix import seeded
-from pipeline.base.errors import BadSettings
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.match.controllers import Controller, measures_of
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.arena.teams.chosen import carry_out
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION, CODES
+from pitchlore.pipeline.arena.teams.splitmix import seeded
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.numbers.arrays import F64
 
 _CODES = np.array(CODES)
 _STANDS = 184

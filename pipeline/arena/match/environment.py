@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.base.toml import Frozen
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.base.toml import Frozen
 
 Actions = Literal["wheels", "behaviours"]
 Side = Literal["home", "away"]

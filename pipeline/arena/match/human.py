@@ -6,11 +6,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.arena.match.controllers import Controller, ScriptedController, measures_of
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.teams.steering import set_wheels
-from pipeline.game.bodies import BALL, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.match.controllers import Controller, ScriptedController, measures_of
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.teams.steering import set_wheels
+from pitchlore.pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 # Share of the top speed at which a person drives without boost, for full speed takes skill; and the
 # fastest turn, radians a second: half a circle in 0.6 s. Ours.

@@ -8,19 +8,27 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arena.match.controllers import Controller, Decided
-from pipeline.arena.match.recipe import Recipe
-from pipeline.arena.physics.arena import Arena
-from pipeline.arena.physics.camera import Camera
-from pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLAY_ON
-from pipeline.arena.physics.referee import Laws, RefereeEvent, begin, home_attacks, table, told, watch
-from pipeline.arena.physics.restarts import restart
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
-from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
-from pipeline.numbers.arrays import F64
-from pipeline.store.receipts import RELEASE
-from schemas import ROLES, SIDES, Decisions
-from schemas.decisions import ENDS
+from pitchlore.pipeline.arena.match.controllers import Controller, Decided
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.arena.physics.arena import Arena
+from pitchlore.pipeline.arena.physics.camera import Camera
+from pitchlore.pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLAY_ON
+from pitchlore.pipeline.arena.physics.referee import (
+    Laws,
+    RefereeEvent,
+    begin,
+    home_attacks,
+    table,
+    told,
+    watch,
+)
+from pitchlore.pipeline.arena.physics.restarts import restart
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
+from pitchlore.pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.schemas import ROLES, SIDES, Decisions
+from pitchlore.schemas.decisions import ENDS
 
 #: Frames that a log gets at once.
 PART = 1024

@@ -22,9 +22,9 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
-from pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F32, F64
 
 #: One team or both, 0 home, 1 away.
 Teams = tuple[int, ...]

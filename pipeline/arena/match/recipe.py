@@ -7,16 +7,16 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from pipeline.arena.physics.camera import CameraSettings
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.arena.teams.constant import PREFIX
-from pipeline.arena.teams.people import People
-from pipeline.arena.teams.table import TeamKind
-from pipeline.base.toml import Frozen, fitted
-from pipeline.game.pitch import PITCHES, Kind, Pitch
-from pipeline.store.receipts import fingerprint
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
+from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.arena.teams.constant import PREFIX
+from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.arena.teams.table import TeamKind
+from pitchlore.pipeline.base.toml import Frozen, fitted
+from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.store.receipts import fingerprint
 
 #: The usual time between decisions, seconds; the ids of matches with it do not say it.
 _CLOCK_S = 0.5

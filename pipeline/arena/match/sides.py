@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team, controller_of
-from pipeline.arena.match.driven import BehaviourController, Driven, WheelController
-from pipeline.arena.match.environment import EnvSettings, Side
-from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.match.stepped import SteppedMatch
-from pipeline.arena.teams.constant import BEST
-from pipeline.arena.teams.table import SCRIPTED
-from pipeline.base.errors import BadSettings
-from pipeline.matches.frame import AWAY, HOME
-from schemas import SIDES
+from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team, controller_of
+from pitchlore.pipeline.arena.match.driven import BehaviourController, Driven, WheelController
+from pitchlore.pipeline.arena.match.environment import EnvSettings, Side
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.match.stepped import SteppedMatch
+from pitchlore.pipeline.arena.teams.constant import BEST
+from pitchlore.pipeline.arena.teams.table import SCRIPTED
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.schemas import SIDES
 
 #: A driven team in a recipe.
 _DRIVEN = TeamSettings(kind="human")

@@ -23,14 +23,14 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.arena.match.observation import LIMIT, Teams
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.arena.teams.roles import assign
-from pipeline.game.bodies import Records
-from pipeline.numbers.arrays import F32, F64
-from pipeline.state.sight import LONG_S, see_from
-from schemas import ROLES
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.match.observation import LIMIT, Teams
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.teams.roles import assign
+from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.state.sight import LONG_S, see_from
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.sights import SIGHT
 
 #: Numbers of a vector.
 NUMBERS = len(SIGHT) + len(ROLES)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.arena.match import observation, sighted
-from pipeline.arena.match.controllers import Controller, measures_of
-from pipeline.arena.match.driven import Driven
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import Recipe
-from pipeline.numbers.arrays import F32
+from pitchlore.pipeline.arena.match import observation, sighted
+from pitchlore.pipeline.arena.match.controllers import Controller, measures_of
+from pitchlore.pipeline.arena.match.driven import Driven
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.numbers.arrays import F32
 
 
 class SteppedMatch:

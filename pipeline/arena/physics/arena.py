@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pymunk
 
-from pipeline.arena.physics.drive import constants, publish, roll
-from pipeline.arena.physics.exchange import Exchange
-from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arena.physics.walls import walls
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import BALL, COLUMNS, THETA, X, Y
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.physics.drive import constants, publish, roll
+from pitchlore.pipeline.arena.physics.exchange import Exchange
+from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
+from pitchlore.pipeline.arena.physics.walls import walls
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import BALL, COLUMNS, THETA, X, Y
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.numbers.arrays import F64
 
 
 class Arena:

@@ -16,9 +16,9 @@ from numba import njit, types
 from pymunk import batch
 from pymunk._chipmunk import ffi, lib
 
-from pipeline.arena.physics.drive import FX, TORQUE, drive, publish
-from pipeline.game.bodies import COLUMNS
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.arena.physics.drive import FX, TORQUE, drive, publish
+from pitchlore.pipeline.game.bodies import COLUMNS
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 _STATE = (
     batch.BodyFields.POSITION | batch.BodyFields.ANGLE

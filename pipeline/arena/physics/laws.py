@@ -16,9 +16,9 @@ from typing import NamedTuple, Self
 
 from pydantic import Field
 
-from pipeline.base.errors import BadSettings
-from pipeline.base.toml import Frozen
-from pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
 
 #: Calls of the referee at a frame. From KICK_OFF to HALF the bodies are put to their places at that
 #: frame and play goes on from there; at GOAL, FOUL and END it stops.

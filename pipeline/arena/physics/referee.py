@@ -16,7 +16,7 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.arena.physics.laws import (
+from pitchlore.pipeline.arena.physics.laws import (
     END,
     FOUL,
     FREE_BALL,
@@ -30,12 +30,12 @@ from pipeline.arena.physics.laws import (
     RefereeSettings,
     frames_of,
 )
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import BALL, VX, VY, Record, X, Y
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.matches.frame import AWAY, HOME, Period
-from pipeline.numbers.arrays import F64
-from schemas import SIDES, Referee
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.matches.frame import AWAY, HOME, Period
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.schemas import SIDES, Referee
 
 #: The referee's memory; all fields int64.
 STATE = np.dtype([

@@ -12,12 +12,12 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
-from pipeline.arena.physics.referee import NOBODY, WORDS, Laws, home_attacks
-from pipeline.base.errors import BadSettings
-from pipeline.game.bodies import BALL, THETA, Record, X, Y, see
-from pipeline.matches.frame import HOME
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
+from pitchlore.pipeline.arena.physics.referee import NOBODY, WORDS, Laws, home_attacks
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.bodies import BALL, THETA, Record, X, Y, see
+from pitchlore.pipeline.matches.frame import HOME
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Where the robots between these two would like to be, in order: shares of the half's length and of half
 #: the width, towards the own goal and to the left. The first is VSSReferee's support; the rest is ours.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from pipeline.base.toml import Frozen
+from pitchlore.pipeline.base.toml import Frozen
 
 #: Standard gravity, m/s².
 GRAVITY = 9.80665

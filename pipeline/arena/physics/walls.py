@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.game.pitch import Kind, Pitch
+from pitchlore.pipeline.game.pitch import Kind, Pitch
 
 Polygon = list[tuple[float, float]]
 

@@ -19,20 +19,20 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.executors.actions import VERB
-from pipeline.arena.teams.learned import observe
-from pipeline.arena.teams.roles import assign
-from pipeline.arena.teams.splitmix import SplitMix, uniform
-from pipeline.game.bodies import Records
-from pipeline.numbers.arrays import F32, F64, I32, I64, Bools
-from pipeline.numbers.trees import Trees, leaf, logits
-from pipeline.state import BinEdges, Radix, encode_one
-from pipeline.state.sight import see_from
-from pipeline.state.table import ELEMENTS
-from schemas import ROLES
-from schemas.sights import SIGHT
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.executors.actions import VERB
+from pitchlore.pipeline.arena.teams.learned import observe
+from pitchlore.pipeline.arena.teams.roles import assign
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
+from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.numbers.arrays import F32, F64, I32, I64, Bools
+from pitchlore.pipeline.numbers.trees import Trees, leaf, logits
+from pitchlore.pipeline.state import BinEdges, Radix, encode_one
+from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.state.table import ELEMENTS
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.sights import SIGHT
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Numbers of a sight.
 _NUMBERS = len(SIGHT)

@@ -10,11 +10,11 @@ import math
 
 from numba import njit
 
-from pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.steering import FRONT, steer
-from pipeline.game.bodies import BALL, VX, VY, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.steering import FRONT, steer
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Half angle at which the recogniser's term FACING crosses 0.5, cosine.
 COS_FACING = math.cos(math.radians(30))

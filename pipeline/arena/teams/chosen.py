@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.roles import assign
-from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.game.bodies import Records
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.roles import assign
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix
+from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

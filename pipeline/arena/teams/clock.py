@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from pipeline.base.toml import Frozen
+from pitchlore.pipeline.base.toml import Frozen
 
 
 class ClockSettings(Frozen):

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.arena.teams.executors.actions import CODES
-from pipeline.base.errors import BadSettings
-from schemas import ROLES, Policies
+from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.arena.teams.executors.actions import CODES
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.schemas import ROLES, Policies
 
 #: Name of the constant team that a search found best, and the file that the search wrote beside this module.
 BEST, BEST_FILE = "best-constant", "best-constant.json"
@@ -62,7 +62,7 @@ def clock_of(word: str) -> ClockSettings:
 
 def _best() -> dict[str, Any]:
     """The file of the search, as JSON says it."""
-    text = resources.files("pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8")
+    text = resources.files("pitchlore.pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8")
     said: dict[str, Any] = json.loads(text)
     return said
 

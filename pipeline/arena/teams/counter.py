@@ -24,16 +24,16 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from pipeline.arena.teams import static
-from pipeline.arena.teams.ball import coming
-from pipeline.arena.teams.geometry import clamp, distance, unit
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.people import People
-from pipeline.arena.teams.pressing import carrier
-from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.arena.teams.static import ATTACKER, KEEPER
-from pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams import static
+from pitchlore.pipeline.arena.teams.ball import coming
+from pitchlore.pipeline.arena.teams.geometry import clamp, distance, unit
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.arena.teams.pressing import carrier
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix
+from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: What the team remembers: whether it has won the ball.
 TEAM = np.dtype([("won", np.int64)])

@@ -6,8 +6,8 @@ import math
 
 from numba import njit
 
-from pipeline.game.bodies import THETA, VX, VY, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.bodies import THETA, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

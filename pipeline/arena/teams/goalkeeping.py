@@ -9,11 +9,11 @@ import math
 
 from numba import njit
 
-from pipeline.arena.teams.geometry import clamp
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.steering import EITHER, drive_to, face, steer
-from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams.geometry import clamp
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.steering import EITHER, drive_to, face, steer
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: A goalkeeper's middle keeps off the goal line by so many radii (5 cm on the VSSS pitch).
 OFF_LINE = 5 / 3.75

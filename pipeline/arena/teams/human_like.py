@@ -13,15 +13,15 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from pipeline.arena.teams import static
-from pipeline.arena.teams.geometry import distance, offset
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.people import TACTICS, People
-from pipeline.arena.teams.splitmix import SplitMix, normal
-from pipeline.arena.teams.static import ATTACKER, KEEPER
-from pipeline.arena.teams.steering import EITHER, FRONT, around, steer
-from pipeline.game.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams import static
+from pitchlore.pipeline.arena.teams.geometry import distance, offset
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.people import TACTICS, People
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix, normal
+from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER
+from pitchlore.pipeline.arena.teams.steering import EITHER, FRONT, around, steer
+from pitchlore.pipeline.game.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X
+from pitchlore.pipeline.numbers.arrays import F64
 
 _AGGRESSIVE, _DEFENSIVE, _CHASER = range(len(TACTICS))
 

@@ -19,19 +19,19 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.ball import OWN, holder
-from pipeline.arena.teams.clock import Clock
-from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.arena.teams.geometry import speed_of
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
-from pipeline.arena.teams.roles import assign
-from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
-from pipeline.game.bodies import BALL, VX, VY, Records, X, Y
-from pipeline.numbers.arrays import F64, I64, U8
-from pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
-from pipeline.state.table import ELEMENTS
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.ball import OWN, holder
+from pitchlore.pipeline.arena.teams.clock import Clock
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION
+from pitchlore.pipeline.arena.teams.geometry import speed_of
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
+from pitchlore.pipeline.arena.teams.roles import assign
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix, normal, uniform
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Records, X, Y
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8
+from pitchlore.pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
+from pitchlore.pipeline.state.table import ELEMENTS
 
 #: What a robot remembers: its action, whose code is 0 if it is over; the row of its behaviour in the policy
 #: table, -1 if it has none; the place in the behaviour of the code that it executes; the role that it decided

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.game.bodies import Records
-from pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
 
 #: A robot's half-length on the VSSS pitch, metres; lengths of tactics are stretched from there.
 _VSSS_RADIUS = 0.0375

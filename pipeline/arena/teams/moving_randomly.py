@@ -6,14 +6,14 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from pipeline.arena.teams import executors
-from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.people import People
-from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.game.bodies import Records
-from pipeline.numbers.arrays import F64, I64
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.arena.teams import executors
+from pitchlore.pipeline.arena.teams.executors.actions import ACTION
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix
+from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 # Nobody's role matters to 194.
 _NO_ROLES: I64 = np.zeros(0, dtype=np.int64)

@@ -1,6 +1,6 @@
 """The panel: the opponents that every team is measured against."""
 
-from pipeline.arena.teams.constant import BEST
+from pitchlore.pipeline.arena.teams.constant import BEST
 
 #: Words of the opponents, as :func:`pipeline.engine.teams.entrant` takes them. They play in different ways:
 #: fixed roles, a second script that drives one robot at a time, three constant teams, a high press, and a

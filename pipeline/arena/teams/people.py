@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from pipeline.base.toml import Frozen
+from pitchlore.pipeline.base.toml import Frozen
 
 Tactic = Literal["aggressive", "defensive", "chaser"]
 TACTICS: tuple[Tactic, ...] = ("aggressive", "defensive", "chaser")

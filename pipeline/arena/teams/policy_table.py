@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.state import radix
-from schemas import ROLES
-from schemas.situations import MOVES_RANDOMLY
-from schemas.table import KEYS, Key
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.state import radix
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.situations import MOVES_RANDOMLY
+from pitchlore.schemas.table import KEYS, Key
 
 #: Row of the behaviour "moves randomly", which every state offers.
 RANDOMLY = 0

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pipeline.arena.teams.geometry import clamp
-from pipeline.arena.teams.measures import Measures
-from pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams.geometry import clamp
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Share of the difference between where a robot is seen and where it was reckoned to be that is believed.
 _TRUST = 0.3

@@ -20,15 +20,15 @@ import math
 
 from numba import njit
 
-from pipeline.arena.teams import static
-from pipeline.arena.teams.ball import push, soon
-from pipeline.arena.teams.geometry import clamp, distance
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.arena.teams.static import ATTACKER, KEEPER, SUPPORTER
-from pipeline.arena.teams.steering import around
-from pipeline.game.bodies import BALL, Record, Records, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams import static
+from pitchlore.pipeline.arena.teams.ball import push, soon
+from pitchlore.pipeline.arena.teams.geometry import clamp, distance
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix
+from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER, SUPPORTER
+from pitchlore.pipeline.arena.teams.steering import around
+from pitchlore.pipeline.game.bodies import BALL, Record, Records, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 # The nearest robot presses until another is nearer by so many radii (7.5 cm).
 _HYSTERESIS = 2.0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numba import njit
 
-from pipeline.arena.teams.measures import Measures
-from pipeline.game.bodies import X, Y
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.game.bodies import X, Y
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 

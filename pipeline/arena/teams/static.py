@@ -19,13 +19,13 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from pipeline.arena.teams.ball import has_ball, push, soon, spin
-from pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
-from pipeline.arena.teams.goalkeeping import keep_line
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.people import People
-from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.arena.teams.steering import (
+from pitchlore.pipeline.arena.teams.ball import has_ball, push, soon, spin
+from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
+from pitchlore.pipeline.arena.teams.goalkeeping import keep_line
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix
+from pitchlore.pipeline.arena.teams.steering import (
     EITHER,
     FRONT,
     along_walls,
@@ -35,8 +35,8 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Jobs of robots.
 SUPPORTER, KEEPER, ATTACKER = range(3)

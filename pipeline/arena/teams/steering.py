@@ -11,10 +11,10 @@ import math
 
 from numba import njit
 
-from pipeline.arena.teams.geometry import along, clamp, offset
-from pipeline.arena.teams.measures import Measures
-from pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams.geometry import along, clamp, offset
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Which end of the robot goes first.
 BACK, EITHER, FRONT = -1, 0, 1

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy.typing as npt
 from numpy.random import Generator
 
-from pipeline.arena.teams import counter, human_like, moving_randomly, pressing, static
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.people import People
+from pitchlore.pipeline.arena.teams import counter, human_like, moving_randomly, pressing, static
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.people import People
 
 #: The arrays that a team remembers a match in; their meaning is the team's business.
 Memory = tuple[npt.NDArray[Any], ...]

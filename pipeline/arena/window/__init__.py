@@ -14,10 +14,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.errors import NotFound
 
 if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Board, Window
+    from pitchlore.pipeline.arena.window.screen import Board, Window
 
 # read when pygame is imported; standard output is the command's
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
@@ -33,14 +33,14 @@ def window_class(where: str) -> type[Window]:
         NotFound: if pygame is not installed.
     """
     with _needed(where):
-        from pipeline.arena.window.screen import Window  # noqa: PLC0415
+        from pitchlore.pipeline.arena.window.screen import Window  # noqa: PLC0415
     return Window
 
 
 def board_class(where: str) -> type[Board]:
     """The window that shows a match which others play; as :func:`window_class`."""
     with _needed(where):
-        from pipeline.arena.window.screen import Board  # noqa: PLC0415
+        from pitchlore.pipeline.arena.window.screen import Board  # noqa: PLC0415
     return Board
 
 

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import pygame
 
-from pipeline.arena.match.human import DriveCommand
+from pitchlore.pipeline.arena.match.human import DriveCommand
 
 #: A stick that is pushed less is let go: sticks do not come back to exactly 0.
 DEAD_ZONE = 0.15

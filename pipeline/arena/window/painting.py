@@ -4,9 +4,9 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from pipeline.arena.physics.laws import Marks
-from pipeline.arena.physics.walls import CORNERS
-from pipeline.drawing.painting import (
+from pitchlore.pipeline.arena.physics.laws import Marks
+from pitchlore.pipeline.arena.physics.walls import CORNERS
+from pitchlore.pipeline.drawing.painting import (
     INK,
     MUTED,
     PAGE,
@@ -19,10 +19,10 @@ from pipeline.drawing.painting import (
     clock,
     part,
 )
-from pipeline.game.bodies import BALL, THETA, X, Y
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64
-from schemas import SIDES
+from pitchlore.pipeline.game.bodies import BALL, THETA, X, Y
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.schemas import SIDES
 
 _DRIVEN = (255, 214, 77)
 _ZOOM, _FOOT = 1.7, 40  # the foot and the message in pixels

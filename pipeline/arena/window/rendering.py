@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.arena.match.environment import RenderMode
-from pipeline.arena.match.match import Match
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.arena.window import window_class
-from pipeline.arena.window.painting import Picture, WindowPainter
+from pitchlore.pipeline.arena.match.environment import RenderMode
+from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.window import window_class
+from pitchlore.pipeline.arena.window.painting import Picture, WindowPainter
 
 if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Window
+    from pitchlore.pipeline.arena.window.screen import Window
 
 #: Width and height of pictures, pixels.
 _SIZE = (640, 560)

@@ -10,11 +10,11 @@ from typing import ClassVar, Generic, Self, TypeVar
 import pygame
 from pygame._sdl2 import controller
 
-from pipeline.arena.window.controls import HELP, Asked, Controls
-from pipeline.arena.window.painting import Picture, WindowPainter
-from pipeline.base.errors import BadSettings
-from pipeline.drawing.painting import FOOT, LINE, Canvas, ListPainter, Snapshot
-from pipeline.game.pitch import Pitch
+from pitchlore.pipeline.arena.window.controls import HELP, Asked, Controls
+from pitchlore.pipeline.arena.window.painting import Picture, WindowPainter
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.drawing.painting import FOOT, LINE, Canvas, ListPainter, Snapshot
+from pitchlore.pipeline.game.pitch import Pitch
 
 SIZE = (980, 860)
 LEAST = (480, 460)

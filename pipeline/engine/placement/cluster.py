@@ -21,12 +21,12 @@ from distributed import Client, Future, LocalCluster
 from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
-from pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
-from pipeline.engine.placement.crew import Crew, polars_threads
-from pipeline.engine.placement.identity import difference, identity
-from pipeline.store.buckets import Bucket
-from pipeline.store.mirrors import Change, Mirror, located, mirror_of
-from pipeline.store.temporaries import beside
+from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
+from pitchlore.pipeline.engine.placement.crew import Crew, polars_threads
+from pitchlore.pipeline.engine.placement.identity import difference, identity
+from pitchlore.pipeline.store.buckets import Bucket
+from pitchlore.pipeline.store.mirrors import Change, Mirror, located, mirror_of
+from pitchlore.pipeline.store.temporaries import beside
 
 P = ParamSpec("P")
 R = TypeVar("R")

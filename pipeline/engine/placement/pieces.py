@@ -7,8 +7,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from typing import Any, NamedTuple, TypeVar
 
-from pipeline.base.errors import WorkerLost, in_one_line
-from pipeline.engine.placement.crew import Crew
+from pitchlore.pipeline.base.errors import WorkerLost, in_one_line
+from pitchlore.pipeline.engine.placement.crew import Crew
 
 R = TypeVar("R")
 

@@ -8,10 +8,10 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.base.errors import BadSettings
-from pipeline.engine.placement.crew import Crew, Here, cores, crew
-from pipeline.engine.placement.processes import Processes
-from pipeline.settings import PLACE
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.engine.placement.crew import Crew, Here, cores, crew
+from pitchlore.pipeline.engine.placement.processes import Processes
+from pitchlore.pipeline.settings import PLACE
 
 #: Environment variable with the place for commands that are not told another.
 VARIABLE = "PITCHLORE_ON"
@@ -72,7 +72,7 @@ def crew_at(word: str | None, root: Path) -> Iterator[Crew]:
         if place.kind == "processes":
             yield stack.enter_context(Processes(place.width))
         else:
-            from pipeline.engine.placement.cluster import opened  # noqa: PLC0415 (an extra)
+            from pitchlore.pipeline.engine.placement.cluster import opened  # noqa: PLC0415 (an extra)
 
             yield stack.enter_context(opened(place.address, place.width, root))
 

@@ -13,9 +13,9 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import ParamSpec, Self, TypeVar
 
-from pipeline.base.errors import WorkerLost
-from pipeline.engine.child import belong
-from pipeline.engine.placement.crew import Crew, Here, polars_threads
+from pitchlore.pipeline.base.errors import WorkerLost
+from pitchlore.pipeline.engine.child import belong
+from pitchlore.pipeline.engine.placement.crew import Crew, Here, polars_threads
 
 P = ParamSpec("P")
 R = TypeVar("R")

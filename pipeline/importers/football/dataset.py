@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.football.providers import KLOPPY
-from pipeline.importers.football.squad import Stay, numbers
-from pipeline.importers.rows import Event, referee
-from pipeline.importers.source import SourceFile, slug
-from pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
-from pipeline.importers.tracking.match import match_of as match_of_table
-from pipeline.matches.frame import NO_HEIGHTS, Heights, MatchLog
-from pipeline.numbers.arrays import F64, I64
-from schemas import SIDES
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.football.providers import KLOPPY
+from pitchlore.pipeline.importers.football.squad import Stay, numbers
+from pitchlore.pipeline.importers.rows import Event, referee
+from pitchlore.pipeline.importers.source import SourceFile, slug
+from pitchlore.pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
+from pitchlore.pipeline.importers.tracking.match import match_of as match_of_table
+from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Heights, MatchLog
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.schemas import SIDES
 
 if TYPE_CHECKING:
     from kloppy.domain import TrackingDataset

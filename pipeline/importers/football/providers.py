@@ -9,11 +9,11 @@ from hashlib import sha256
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from pipeline.base.errors import BadRecording, NotFound, in_one_line
-from pipeline.base.text import NAME_CHARACTERS, printable
-from pipeline.importers.packing import Octets
-from pipeline.importers.source import SourceFile, inflate, slug
-from pipeline.settings import ImportSettings
+from pitchlore.pipeline.base.errors import BadRecording, NotFound, in_one_line
+from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
+from pitchlore.pipeline.importers.packing import Octets
+from pitchlore.pipeline.importers.source import SourceFile, inflate, slug
+from pitchlore.pipeline.settings import ImportSettings
 
 if TYPE_CHECKING:
     from kloppy.domain import TrackingDataset

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.numbers.arrays import I64
+from pitchlore.pipeline.numbers.arrays import I64
 
 #: First number of a player without a number on the shirt, above those of shirts.
 UNNUMBERED = 100

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import polars as pl
 
-from pipeline.importers.packets import ssl, vsss
-from pipeline.importers.packets.recording import Recording, is_recording
-from pipeline.importers.packets.streams import LeagueName
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.importers.packets import ssl, vsss
+from pitchlore.pipeline.importers.packets.recording import Recording, is_recording
+from pitchlore.pipeline.importers.packets.streams import LeagueName
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
 
 #: How the packets of each league are read.
 _READ: dict[LeagueName, Callable[[SourceFile, TrackingMap], MatchLog]] = {"ssl": ssl.read, "vsss": vsss.read}

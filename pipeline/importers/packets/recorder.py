@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import BinaryIO, NamedTuple
 
-from pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream, topic
-from pipeline.matches.mcap_writer import McapWriter
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream, topic
+from pitchlore.pipeline.matches.mcap_writer import McapWriter
 
 #: Library in the header of a recording, by which it is told from other MCAP files.
 LIBRARY = "pitchlore packets 1"

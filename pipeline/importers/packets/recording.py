@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pipeline.base.errors import DamagedLog
-from pipeline.importers.packets.recorder import LEAGUE, LIBRARY, METADATA
-from pipeline.importers.packets.streams import LEAGUES, LeagueName, topic
-from pipeline.matches.mcap_file import McapFile
-from pipeline.matches.messages import log_times
-from pipeline.matches.quality import Flaw
-from pipeline.matches.records import ADDRESS_BYTES, MESSAGE
-from pipeline.numbers.arrays import I64, U8
+from pitchlore.pipeline.base.errors import DamagedLog
+from pitchlore.pipeline.importers.packets.recorder import LEAGUE, LIBRARY, METADATA
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, topic
+from pitchlore.pipeline.matches.mcap_file import McapFile
+from pitchlore.pipeline.matches.messages import log_times
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.matches.records import ADDRESS_BYTES, MESSAGE
+from pitchlore.pipeline.numbers.arrays import I64, U8
 
 #: MCAP's magic bytes and the start of a header record with our library.
 _BEGINS = b"\x89MCAP0\r\n\x01"

@@ -6,12 +6,12 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
-from pipeline.importers.packets.recording import Recording
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs import reading
-from pipeline.importers.ssl_logs.container import MAGIC
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.importers.packets.recording import Recording
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs import reading
+from pitchlore.pipeline.importers.ssl_logs.container import MAGIC
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchLog
 
 _HEADER = MAGIC + struct.pack(">i", 1)
 _HEAD = struct.Struct(">qii")

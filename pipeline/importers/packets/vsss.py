@@ -17,18 +17,18 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import Kind
-from pipeline.importers.packets.recording import Recording
-from pipeline.importers.packets.streams import channels
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
-from pipeline.importers.tracking.mapping import PitchMap, TrackingMap
-from pipeline.importers.tracking.match import match_of
-from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import F64, I64, U8, Bools
-from schemas import SIDES
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.importers.packets.recording import Recording
+from pitchlore.pipeline.importers.packets.streams import channels
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
+from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
+from pitchlore.pipeline.importers.tracking.match import match_of
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.schemas import SIDES
 
 # FIRASim's environment; its goals are of forks
 _STEP, _FRAME, _FIELD, _GOALS_BLUE, _GOALS_YELLOW = 1, 2, 3, 4, 5

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pipeline.importers.rcg.lines import Record
-from pipeline.importers.rows import Event
-from pipeline.importers.source import SourceFile
-from pipeline.numbers.arrays import I64
-from schemas import SIDES, Side
+from pitchlore.pipeline.importers.rcg.lines import Record
+from pitchlore.pipeline.importers.rows import Event
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.schemas import SIDES, Side
 
 #: Playmodes in which the named team brings the ball back into play.
 _RESTARTS = {

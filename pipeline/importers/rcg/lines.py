@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
 
 #: A number as a C++ stream writes it; the pitch is too small for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"

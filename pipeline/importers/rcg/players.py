@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.importers.rcg.lines import COUNTED, PLACES, Record
-from pipeline.importers.rows import pack
-from pipeline.matches.frame import Frames, wrap
-from pipeline.numbers.arrays import F64, I64, Bools
-from schemas import Commands
-from schemas.commands import COMMANDS
+from pitchlore.pipeline.importers.rcg.lines import COUNTED, PLACES, Record
+from pitchlore.pipeline.importers.rows import pack
+from pitchlore.pipeline.matches.frame import Frames, wrap
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.schemas import Commands
+from pitchlore.schemas.commands import COMMANDS
 
 #: Bit of a player's state: it is on the pitch.
 _STANDS = 0x1

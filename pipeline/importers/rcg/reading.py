@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import re
 
-from pipeline import __version__
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.importers.rcg.events import events_of
-from pipeline.importers.rcg.lines import Record, scan
-from pipeline.importers.rcg.players import commands_of, frames_of, players_of
-from pipeline.importers.rows import referee
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.frame import MatchInfo, MatchLog, Period
-from pipeline.matches.quality import Flaw, quality_table
-from pipeline.numbers.arrays import I64
+from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.importers.rcg.events import events_of
+from pitchlore.pipeline.importers.rcg.lines import Record, scan
+from pitchlore.pipeline.importers.rcg.players import commands_of, frames_of, players_of
+from pitchlore.pipeline.importers.rows import referee
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog, Period
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.numbers.arrays import I64
 
 
 def tells(head: bytes) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot
 
-from pipeline.game.pitch import SCALES, Kind
+from pitchlore.pipeline.game.pitch import SCALES, Kind
 
 #: A ball that moved faster is another one, m/s; and how far a detection may be off besides, metres.
 _FASTEST = SCALES[Kind.SSL].max_ball_speed

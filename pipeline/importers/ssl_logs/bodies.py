@@ -6,18 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import Pitch
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs import container, tracker, vision
-from pipeline.importers.ssl_logs.cameras import CAMERAS, Limits, Merger
-from pipeline.importers.ssl_logs.container import ORDER, Container
-from pipeline.importers.ssl_logs.samples import Gathered, Gathering
-from pipeline.importers.ssl_logs.senders import Senders
-from pipeline.importers.ssl_logs.settings import SslMap
-from pipeline.importers.ssl_logs.survey import VISION, Span, Survey
-from pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, Unused
-from pipeline.matches.quality import Flaw
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs import container, tracker, vision
+from pitchlore.pipeline.importers.ssl_logs.cameras import CAMERAS, Limits, Merger
+from pitchlore.pipeline.importers.ssl_logs.container import ORDER, Container
+from pitchlore.pipeline.importers.ssl_logs.samples import Gathered, Gathering
+from pitchlore.pipeline.importers.ssl_logs.senders import Senders
+from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
+from pitchlore.pipeline.importers.ssl_logs.survey import VISION, Span, Survey
+from pitchlore.pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, Unused
+from pitchlore.pipeline.matches.quality import Flaw
 
 #: A tracker is preferred if it was there for this share of the vision's time.
 _MOST_OF_IT = 0.9

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.game.pitch import SCALES, Kind
-from pipeline.importers.ssl_logs.balls import BallChooser
-from pipeline.importers.ssl_logs.groups import Groups, expanded, previous
-from pipeline.importers.ssl_logs.samples import Samples
-from pipeline.importers.ssl_logs.vision import (
+from pitchlore.pipeline.game.pitch import SCALES, Kind
+from pitchlore.pipeline.importers.ssl_logs.balls import BallChooser
+from pitchlore.pipeline.importers.ssl_logs.groups import Groups, expanded, previous
+from pitchlore.pipeline.importers.ssl_logs.samples import Samples
+from pitchlore.pipeline.importers.ssl_logs.vision import (
     BALL,
     CAMERA,
     CAPTURE,
@@ -35,7 +35,7 @@ from pipeline.importers.ssl_logs.vision import (
     X,
     Y,
 )
-from pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 
 #: Longest time between captures of one round, seconds: cameras of 25 Hz are the slowest in use.
 _ROUND_S = 0.04

@@ -7,8 +7,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 #: The two clocks of one step differ by more than this where one of them jumps, seconds.
 _JUMP_S = 1.0

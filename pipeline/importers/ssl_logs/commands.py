@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
-from pipeline.importers.rows import Event
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs.referee import Told
-from pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from schemas import SIDES, Side
+from pitchlore.pipeline.importers.rows import Event
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs.referee import Told
+from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
+from pitchlore.schemas import SIDES, Side
 
 STAGES = (
     "NORMAL_FIRST_HALF_PRE", "NORMAL_FIRST_HALF", "NORMAL_HALF_TIME", "NORMAL_SECOND_HALF_PRE",

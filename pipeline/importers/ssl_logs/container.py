@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.numbers.arrays import I32, I64, U8, Bools
+from pitchlore.pipeline.numbers.arrays import I32, I64, U8, Bools
 
 MAGIC = b"SSL_LOG_FILE"
 HEADER_BYTES = len(MAGIC) + 4

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.game.pitch import Pitch
-from pipeline.matches.frame import Frames
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import F32
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.matches.frame import Frames
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import F32
 
 #: Cameras of one half see so much of the other one, as a share of a half.
 _BEYOND = 0.2

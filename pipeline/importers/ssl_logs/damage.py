@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs.survey import Survey
-from pipeline.matches.quality import Flaw
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs.survey import Survey
+from pitchlore.pipeline.matches.quality import Flaw
 
 #: Damaged places that have a row each.
 _SHOWN = 100

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.container import Batch
-from pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.container import Batch
+from pitchlore.pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
 
 #: No line is as wide as this and no pitch as short, millimetres: so the first field tells the two forms
 #: apart.

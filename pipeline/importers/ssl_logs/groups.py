@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 
 
 class Groups(NamedTuple):

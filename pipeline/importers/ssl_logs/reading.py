@@ -8,29 +8,34 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline import __version__
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import Kind, Pitch
-from pipeline.importers.directions import infer_periods, unsure
-from pipeline.importers.rows import Event, referee
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs import commands, damage
-from pipeline.importers.ssl_logs.bodies import Chosen, choose_source, seen_by_cameras, seen_by_tracker
-from pipeline.importers.ssl_logs.clock import times
-from pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED
-from pipeline.importers.ssl_logs.coverage import half_a_pitch
-from pipeline.importers.ssl_logs.referee import Told
-from pipeline.importers.ssl_logs.samples import Gathered
-from pipeline.importers.ssl_logs.survey import Survey, survey
-from pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from pipeline.importers.tracking.ball_goals import CENTRE
-from pipeline.importers.tracking.guesses import guess_pitch
-from pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
-from pipeline.importers.tracking.scoring import Lack, scoring
-from pipeline.importers.tracking.states import Course, referee_events
-from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
-from pipeline.matches.quality import Flaw, quality_table
-from pipeline.numbers.arrays import I64
+from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import Kind, Pitch
+from pitchlore.pipeline.importers.directions import infer_periods, unsure
+from pitchlore.pipeline.importers.rows import Event, referee
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs import commands, damage
+from pitchlore.pipeline.importers.ssl_logs.bodies import (
+    Chosen,
+    choose_source,
+    seen_by_cameras,
+    seen_by_tracker,
+)
+from pitchlore.pipeline.importers.ssl_logs.clock import times
+from pitchlore.pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED
+from pitchlore.pipeline.importers.ssl_logs.coverage import half_a_pitch
+from pitchlore.pipeline.importers.ssl_logs.referee import Told
+from pitchlore.pipeline.importers.ssl_logs.samples import Gathered
+from pitchlore.pipeline.importers.ssl_logs.survey import Survey, survey
+from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
+from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
+from pitchlore.pipeline.importers.tracking.guesses import guess_pitch
+from pitchlore.pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
+from pitchlore.pipeline.importers.tracking.scoring import Lack, scoring
+from pitchlore.pipeline.importers.tracking.states import Course, referee_events
+from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.numbers.arrays import I64
 
 #: Times before this are not of a clock that knows the date, Unix time in seconds: the year 2000.
 _DATED_S = 946_684_800.0

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.container import ORDER, RECEIVED, Batch, UnusableLogError
-from pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from pipeline.importers.ssl_logs.wire import Fields, fields, texts
-from pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.container import ORDER, RECEIVED, Batch, UnusableLogError
+from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
+from pitchlore.pipeline.importers.ssl_logs.wire import Fields, fields, texts
+from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 
 #: Columns of a decoded packet. Those of the teams come twice, from ``_TEAMS`` on; then what is not compared.
 _STAGE, _COMMAND, _COUNTER, _SIDE = range(4)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, NUMBER
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, NUMBER
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 #: The next frame of a sender has at most so many more than the last one, or so many less if packets overtook
 #: each other.

@@ -7,16 +7,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.source import SourceFile
-from pipeline.importers.ssl_logs import container, geometry, tracker, vision, wire
-from pipeline.importers.ssl_logs.clock import Lags
-from pipeline.importers.ssl_logs.container import ORDER, RECEIVED, Batch, Container, Damage, UnusableLogError
-from pipeline.importers.ssl_logs.geometry import Size
-from pipeline.importers.ssl_logs.referee import RefereeLog, Told
-from pipeline.importers.ssl_logs.senders import Senders
-from pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE
-from pipeline.numbers.arrays import I64
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.ssl_logs import container, geometry, tracker, vision, wire
+from pitchlore.pipeline.importers.ssl_logs.clock import Lags
+from pitchlore.pipeline.importers.ssl_logs.container import (
+    ORDER,
+    RECEIVED,
+    Batch,
+    Container,
+    Damage,
+    UnusableLogError,
+)
+from pitchlore.pipeline.importers.ssl_logs.geometry import Size
+from pitchlore.pipeline.importers.ssl_logs.referee import RefereeLog, Told
+from pitchlore.pipeline.importers.ssl_logs.senders import Senders
+from pitchlore.pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE
+from pitchlore.pipeline.numbers.arrays import I64
 
 VISION = (container.VISION_2010, container.VISION_2014)
 _READ = (*VISION, container.REFEREE, container.TRACKER)

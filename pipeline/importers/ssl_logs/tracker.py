@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.base.text import NAME_CHARACTERS, printable
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.container import Batch
-from pipeline.importers.ssl_logs.samples import Samples
-from pipeline.importers.ssl_logs.vision import BLUE, ROBOTS, YELLOW, Unused
-from pipeline.importers.ssl_logs.wire import Fields, fields, texts
-from pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.container import Batch
+from pitchlore.pipeline.importers.ssl_logs.samples import Samples
+from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, ROBOTS, YELLOW, Unused
+from pitchlore.pipeline.importers.ssl_logs.wire import Fields, fields, texts
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
 
 #: Farther from the centre is nothing, metres; a clock that shows more has no number, seconds.
 _FURTHEST_M, _LATEST_S = 1_000.0, 2.0**33

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.container import Batch
-from pipeline.importers.ssl_logs.wire import Fields, fields
-from pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.importers.ssl_logs import fields as f
+from pitchlore.pipeline.importers.ssl_logs.container import Batch
+from pitchlore.pipeline.importers.ssl_logs.wire import Fields, fields
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
 
 #: Teams of detections, and of the bodies that are made of them.
 YELLOW, BLUE, BALL = 0, 1, 2

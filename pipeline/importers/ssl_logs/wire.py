@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
 
 #: Wire types. Groups (3 and 4) are not used by these messages; they count as damage.
 VARINT, FIXED64, SPAN, FIXED32 = 0, 1, 2, 5

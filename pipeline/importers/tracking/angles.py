@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.base.errors import BadRecording
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import F64
 
 Unit = Literal["rad", "deg"]
 

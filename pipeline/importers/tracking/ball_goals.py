@@ -11,9 +11,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.matches.frame import runs
-from pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.matches.frame import runs
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 
 #: How the ball crossed the goal line. "over": the whole ball was seen behind it. "line": only its centre was,
 #: when it was last seen. "unseen": it was on its way into the goal when it was last seen.

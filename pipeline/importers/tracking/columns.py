@@ -6,11 +6,11 @@ from collections.abc import Collection, Mapping, Sequence
 
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.rows import MAX_SCORE
-from pipeline.importers.tracking.mapping import Columns, TrackingMap
-from pipeline.importers.tracking.words import meant
-from pipeline.matches.quality import Flaw
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.rows import MAX_SCORE
+from pitchlore.pipeline.importers.tracking.mapping import Columns, TrackingMap
+from pitchlore.pipeline.importers.tracking.words import meant
+from pitchlore.pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
 _WHOLE = ("frame", "score_home", "score_away")

@@ -6,15 +6,15 @@ import io
 
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.columns import REQUIRED, chosen
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.importers.tracking.match import match_of
-from pipeline.importers.tracking.texts import as_utf8, fields, headless, is_number, separator
-from pipeline.importers.tracking.wide import unfolded, wide
-from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.columns import REQUIRED, chosen
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.importers.tracking.match import match_of
+from pitchlore.pipeline.importers.tracking.texts import as_utf8, fields, headless, is_number, separator
+from pitchlore.pipeline.importers.tracking.wide import unfolded, wide
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.quality import Flaw
 
 #: Numbers in a row from which on a text without a header is a table.
 _NUMBERS = 3

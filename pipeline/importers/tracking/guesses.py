@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.game.pitch import PITCHES, Kind, Pitch
-from pipeline.importers.tracking.mapping import PitchMap, TrackingMap
-from pipeline.importers.tracking.states import Course, changes, rises, tokens
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
+from pitchlore.pipeline.importers.tracking.states import Course, changes, rises, tokens
+from pitchlore.pipeline.numbers.arrays import F64
 
 Evidence = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
 

@@ -6,10 +6,10 @@ from typing import Annotated, Literal, Self, get_args
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from pipeline.base.toml import fitted, tables
-from pipeline.game.pitch import Kind
-from pipeline.importers.ssl_logs.settings import SslMap
-from schemas import SIDES, Side
+from pitchlore.pipeline.base.toml import fitted, tables
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
+from pitchlore.schemas import SIDES, Side
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]
 

@@ -8,23 +8,23 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline import __version__
-from pipeline.base.errors import BadRecording
-from pipeline.game.pitch import Pitch
-from pipeline.importers.directions import infer_periods, unsure, votes_of
-from pipeline.importers.rows import pack, referee
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.angles import RADIANS, angle_unit
-from pipeline.importers.tracking.ball_goals import CENTRE
-from pipeline.importers.tracking.columns import typed, unmatched
-from pipeline.importers.tracking.guesses import guess_home, guess_pitch
-from pipeline.importers.tracking.mapping import Teams, TrackingMap
-from pipeline.importers.tracking.scoring import scoring
-from pipeline.importers.tracking.states import Course, halves, referee_events, words_of
-from pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
-from pipeline.matches.quality import Flaw, quality_table
-from pipeline.numbers.arrays import F64, I64, Bools
-from schemas import SIDES
+from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers.directions import infer_periods, unsure, votes_of
+from pitchlore.pipeline.importers.rows import pack, referee
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.angles import RADIANS, angle_unit
+from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
+from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
+from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitch
+from pitchlore.pipeline.importers.tracking.mapping import Teams, TrackingMap
+from pitchlore.pipeline.importers.tracking.scoring import scoring
+from pitchlore.pipeline.importers.tracking.states import Course, halves, referee_events, words_of
+from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.schemas import SIDES
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 #: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.

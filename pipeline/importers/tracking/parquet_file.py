@@ -9,13 +9,13 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.columns import TEXT, chosen
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.importers.tracking.match import match_of
-from pipeline.importers.tracking.wide import unfolded, wide
-from pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.columns import TEXT, chosen
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.importers.tracking.match import match_of
+from pitchlore.pipeline.importers.tracking.wide import unfolded, wide
+from pitchlore.pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
 

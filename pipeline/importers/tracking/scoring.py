@@ -9,14 +9,14 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.game.pitch import Pitch
-from pipeline.importers.tracking.ball_goals import Ball, BallGoal, Crossing, Sequel, ball_goals
-from pipeline.importers.tracking.mapping import GoalFinding
-from pipeline.importers.tracking.states import STOPS, Course, Found, Said
-from pipeline.matches.frame import Period, home_attacks
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import Bools
-from schemas import Side
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers.tracking.ball_goals import Ball, BallGoal, Crossing, Sequel, ball_goals
+from pitchlore.pipeline.importers.tracking.mapping import GoalFinding
+from pitchlore.pipeline.importers.tracking.states import STOPS, Course, Found, Said
+from pitchlore.pipeline.matches.frame import Period, home_attacks
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import Bools
+from pitchlore.schemas import Side
 
 #: As column origin of schema Goals.
 Origin = Literal["score", "state", "kick-off", "ball"]

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.importers.rows import Event, other
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.matches.quality import Flaw
-from pipeline.numbers.arrays import F64, I64
-from schemas import SIDES, Side
+from pitchlore.pipeline.importers.rows import Event, other
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.matches.quality import Flaw
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.schemas import SIDES, Side
 
 #: Events after which play is stopped.
 STOPS = {"goal", "half", "end", "stop"}

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.columns import REQUIRED, chosen, column_name, listed
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.importers.tracking.words import BALLS, WORDS, bare
-from pipeline.matches.quality import Flaw
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.source import SourceFile
+from pitchlore.pipeline.importers.tracking.columns import REQUIRED, chosen, column_name, listed
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.importers.tracking.words import BALLS, WORDS, bare
+from pitchlore.pipeline.matches.quality import Flaw
 
 #: Columns of a body, and those of a whole sample.
 OF_A_BODY = ("x", "y", "heading", "vx", "vy", "omega")

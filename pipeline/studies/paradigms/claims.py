@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.numbers.statistics import Estimate, greatest, wilson
-from pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
-from pipeline.studies.paradigms.measures import (
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.numbers.statistics import Estimate, greatest, wilson
+from pitchlore.pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
+from pitchlore.pipeline.studies.paradigms.measures import (
     NEAR_ZERO,
     Measure,
     Row,
@@ -36,7 +36,7 @@ from pipeline.studies.paradigms.measures import (
     path_length,
     widest_gap,
 )
-from schemas.paradigms import Verdicts
+from pitchlore.schemas.paradigms import Verdicts
 
 #: Runs a point in the paper's matrix games.
 PAPER_RUNS = 100

@@ -10,23 +10,23 @@ import numpy as np
 import polars as pl
 from pydantic import AfterValidator, Field, model_validator
 
-from pipeline.base.toml import Frozen
-from pipeline.numbers.statistics import mean_interval, wilson
-from pipeline.store.receipts import digest
-from pipeline.studies.paradigms.games.game import Game
-from pipeline.studies.paradigms.games.grid import grid_world
-from pipeline.studies.paradigms.games.matrix import (
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
+from pitchlore.pipeline.store.receipts import digest
+from pitchlore.pipeline.studies.paradigms.games.game import Game
+from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
+from pitchlore.pipeline.studies.paradigms.games.matrix import (
     climbing,
     fully_stochastic_climbing,
     partially_stochastic_climbing,
     penalty,
     pure_equilibria,
 )
-from pipeline.studies.paradigms.rules.rules import AnyLearner
-from pipeline.studies.paradigms.rules.selection import ActionSelection
-from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
-from pipeline.studies.paradigms.settling import Settling
-from schemas import Paradigms
+from pitchlore.pipeline.studies.paradigms.rules.rules import AnyLearner
+from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.studies.paradigms.runner import Runs, Testing, Training, play
+from pitchlore.pipeline.studies.paradigms.settling import Settling
+from pitchlore.schemas import Paradigms
 
 #: Action selections by the names that settings use: boltzmann, epsilon-greedy, mixed.
 SELECTIONS = {selection.name.lower().replace("_", "-"): selection for selection in ActionSelection}

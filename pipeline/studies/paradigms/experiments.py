@@ -15,19 +15,19 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from pipeline.base.toml import Frozen
-from pipeline.studies.paradigms.claims import PAPER_RUNS, PEAK
-from pipeline.studies.paradigms.curves import Curve, Exploration
-from pipeline.studies.paradigms.measures import PRINTED
-from pipeline.studies.paradigms.readings import grid_readings, matrix_readings
-from pipeline.studies.paradigms.rules.distributed import Distributed
-from pipeline.studies.paradigms.rules.fmq import FMQ
-from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
-from pipeline.studies.paradigms.rules.iq import IQ
-from pipeline.studies.paradigms.rules.ivq import IVQ
-from pipeline.studies.paradigms.rules.jaq import JAQ
-from pipeline.studies.paradigms.rules.lenient import Lenient
-from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.studies.paradigms.claims import PAPER_RUNS, PEAK
+from pitchlore.pipeline.studies.paradigms.curves import Curve, Exploration
+from pitchlore.pipeline.studies.paradigms.measures import PRINTED
+from pitchlore.pipeline.studies.paradigms.readings import grid_readings, matrix_readings
+from pitchlore.pipeline.studies.paradigms.rules.distributed import Distributed
+from pitchlore.pipeline.studies.paradigms.rules.fmq import FMQ
+from pitchlore.pipeline.studies.paradigms.rules.hysteretic import Hysteretic
+from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
+from pitchlore.pipeline.studies.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.studies.paradigms.rules.lenient import Lenient
+from pitchlore.pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
 
 FigureNumber = Literal[4, 5, 6]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.numbers.statistics import (
+from pitchlore.pipeline.numbers.statistics import (
     UNDEFINED,
     Estimate,
     difference,
@@ -22,7 +22,7 @@ from pipeline.numbers.statistics import (
     mean,
     wilson,
 )
-from pipeline.studies.claims import Evidence
+from pitchlore.pipeline.studies.claims import Evidence
 
 #: The reading that the other learners are taken in if they lack the one looked at.
 PRINTED = "printed"

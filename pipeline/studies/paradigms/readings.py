@@ -8,11 +8,11 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.studies.paradigms.curves import Curve
-from pipeline.studies.paradigms.measures import PRINTED
-from pipeline.studies.paradigms.rules.iq import IQ
-from pipeline.studies.paradigms.rules.ivq import IVQ
-from pipeline.studies.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.studies.paradigms.curves import Curve
+from pitchlore.pipeline.studies.paradigms.measures import PRINTED
+from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
+from pitchlore.pipeline.studies.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
 
 #: Learning rates and discounts. The paper gives "lambda = 0.1" for matrix games and "alpha = 1, lambda = 0.1"
 #: for the grid world. It does not say which is which.

@@ -14,15 +14,21 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numba import njit
 
-from pipeline.numbers.arrays import F64, I64, Bools
-from pipeline.studies.paradigms.games.game import Game
-from pipeline.studies.paradigms.games.matrix import climbing
-from pipeline.studies.paradigms.rules.jaq import joint_index
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition, memory_of
-from pipeline.studies.paradigms.rules.rules import RULES, adapt, error, number_of, values
-from pipeline.studies.paradigms.rules.selection import ActionSelection, sample, select
-from pipeline.studies.paradigms.settling import PARTS, Settling, look
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.studies.paradigms.games.game import Game
+from pitchlore.pipeline.studies.paradigms.games.matrix import climbing
+from pitchlore.pipeline.studies.paradigms.rules.jaq import joint_index
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import (
+    LearnerSettings,
+    Memory,
+    Params,
+    Transition,
+    memory_of,
+)
+from pitchlore.pipeline.studies.paradigms.rules.rules import RULES, adapt, error, number_of, values
+from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection, sample, select
+from pitchlore.pipeline.studies.paradigms.settling import PARTS, Settling, look
 
 #: A run with an error of at least this has diverged, in the unit of the rewards, which are below 1,000.
 DIVERGED = 1e9

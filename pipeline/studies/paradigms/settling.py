@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import Memory, Params
-from pipeline.studies.paradigms.rules.rules import values
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import Memory, Params
+from pitchlore.pipeline.studies.paradigms.rules.rules import values
 
 #: Late in training a team is looked at again after one of so many parts of the steps that it has trained.
 PARTS = 100

@@ -22,8 +22,8 @@ from collections.abc import Callable, Iterator
 
 import polars as pl
 
-from pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
-from pipeline.studies.seasons.measures import (
+from pitchlore.pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
+from pitchlore.pipeline.studies.seasons.measures import (
     CONTROLS,
     DIFFERENCE,
     EFFECTIVE,
@@ -51,8 +51,8 @@ from pipeline.studies.seasons.measures import (
     slope,
     total,
 )
-from pipeline.studies.seasons.table3 import CHANGE, GAMES
-from schemas import ROLES, Claims
+from pitchlore.pipeline.studies.seasons.table3 import CHANGE, GAMES
+from pitchlore.schemas import ROLES, Claims
 
 #: Names of settings: as close to the paper as its text allows; our best; our best without practice matches;
 #: the two ablations of the score.
@@ -241,7 +241,7 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
 
 
 def verdicts(games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
-    """Schema Claims: one row for each claim, in their order, from schemas Games, Growth and Evaluations.
+    """Schema Claims: one row for each claim, in their order, from the tables Games, Growth and Evaluations.
 
     A claim without seasons is not judged, unless the paper's own Table 3 contradicts it.
     """

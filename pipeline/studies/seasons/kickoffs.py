@@ -11,12 +11,12 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from pipeline.studies.document import number
-from pipeline.studies.seasons import table3
-from pipeline.studies.seasons.claims import PAPER, WITHOUT_SCORE
-from pipeline.studies.seasons.measures import OTHER, Pooling, pooled, seasons_of
-from schemas import called
-from schemas.decisions import FIRST_S
+from pitchlore.pipeline.studies.document import number
+from pitchlore.pipeline.studies.seasons import table3
+from pitchlore.pipeline.studies.seasons.claims import PAPER, WITHOUT_SCORE
+from pitchlore.pipeline.studies.seasons.measures import OTHER, Pooling, pooled, seasons_of
+from pitchlore.schemas import called
+from pitchlore.schemas.decisions import FIRST_S
 
 #: Length of the paper's games, seconds: "about eight minutes".
 _GAME_S = 480.0

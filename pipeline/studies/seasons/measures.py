@@ -15,11 +15,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arena.teams.constant import BEST
-from pipeline.numbers.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
-from pipeline.studies.claims import Evidence
-from pipeline.studies.seasons import table3
-from schemas import ROLES, Evaluations, Growth
+from pitchlore.pipeline.arena.teams.constant import BEST
+from pitchlore.pipeline.numbers.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
+from pitchlore.pipeline.studies.claims import Evidence
+from pitchlore.pipeline.studies.seasons import table3
+from pitchlore.schemas import ROLES, Evaluations, Growth
 
 #: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``,
 #: ``share`` and ``correlation``: the same, cut off at the values that are possible; ``seasons``: share of

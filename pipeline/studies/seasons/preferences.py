@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.arena.teams.policy_table import STANDARD_ERROR
-from pipeline.situations.rules import TABLE_1
-from schemas.table import ROLES
+from pitchlore.pipeline.arena.teams.policy_table import STANDARD_ERROR
+from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.schemas.table import ROLES
 
 _WHOSE = ("settings", "opponent", "season")
 _DOES: dict[str, pl.DataType] = {

@@ -7,17 +7,26 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.panel import PANEL
-from pipeline.studies.claims import counted
-from pipeline.studies.document import code, interval, number, picture, table
-from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER, STATIC
-from pipeline.studies.seasons.measures import CONTROLS, distinct
-from pipeline.studies.seasons.preferences import side_by_side
-from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity, cell, estimates
-from pipeline.studies.seasons.sensitivity import varied
-from pipeline.studies.seasons.settings import named
-from pipeline.studies.seasons.summary import (
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.studies.claims import counted
+from pitchlore.pipeline.studies.document import code, interval, number, picture, table
+from pitchlore.pipeline.studies.seasons.claims import (
+    ABLATION,
+    AIM,
+    BEST,
+    IN_GAMES,
+    LATE,
+    LEAST_SEASONS,
+    PAPER,
+    STATIC,
+)
+from pitchlore.pipeline.studies.seasons.measures import CONTROLS, distinct
+from pitchlore.pipeline.studies.seasons.preferences import side_by_side
+from pitchlore.pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity, cell, estimates
+from pitchlore.pipeline.studies.seasons.sensitivity import varied
+from pitchlore.pipeline.studies.seasons.settings import named
+from pitchlore.pipeline.studies.seasons.summary import (
     LAST,
     ablated,
     attributed,
@@ -26,10 +35,10 @@ from pipeline.studies.seasons.summary import (
     measured,
     played,
 )
-from pipeline.studies.seasons.table3 import CHANGE, GAMES
-from schemas import STAND_IN, called
-from schemas.evaluations import minutes_of, word_of
-from schemas.seasons import PERSON
+from pitchlore.pipeline.studies.seasons.table3 import CHANGE, GAMES
+from pitchlore.schemas import STAND_IN, called
+from pitchlore.schemas.evaluations import minutes_of, word_of
+from pitchlore.schemas.seasons import PERSON
 
 #: Colours of verdicts on the web page: fulfilled, not fulfilled, denied by the paper's own table, undecided.
 COLOURS = {

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 
 import polars as pl
 
-from pipeline.studies.document import interval, number, table
-from pipeline.studies.seasons import kickoffs
-from pipeline.studies.seasons.claims import PAPER, WITHOUT_SCORE
-from pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
-from pipeline.studies.seasons.sensitivity import HEADINGS, sensitivity, variations
-from schemas import called
+from pitchlore.pipeline.studies.document import interval, number, table
+from pitchlore.pipeline.studies.seasons import kickoffs
+from pitchlore.pipeline.studies.seasons.claims import PAPER, WITHOUT_SCORE
+from pitchlore.pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
+from pitchlore.pipeline.studies.seasons.sensitivity import HEADINGS, sensitivity, variations
+from pitchlore.schemas import called
 
 
 def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
@@ -31,7 +31,7 @@ def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
 
 
 def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str]:
-    """Paragraphs on the paper's settings varied, from schemas Games and Growth; none without variations."""
+    """Paragraphs on the paper's settings varied, from tables Games and Growth; none without variations."""
     rows = sensitivity(games, growth, PAPER)
     if not rows.height:
         return

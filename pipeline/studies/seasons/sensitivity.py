@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.studies.seasons.measures import (
+from pitchlore.pipeline.studies.seasons.measures import (
     DIFFERENCE,
     EFFECTIVE,
     OTHER,
@@ -18,8 +18,8 @@ from pipeline.studies.seasons.measures import (
     pooled,
     seasons_of,
 )
-from pipeline.studies.seasons.settings import names, reason
-from pipeline.studies.seasons.table3 import CHANGE
+from pitchlore.pipeline.studies.seasons.settings import names, reason
+from pitchlore.pipeline.studies.seasons.table3 import CHANGE
 
 #: How names of variations begin.
 PREFIX = "paper-vary-"

@@ -7,12 +7,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
-from pipeline.arena.teams.clock import PAPER, ClockSettings
-from pipeline.base.errors import NotFound
-from pipeline.base.toml import Frozen, fitted, over, tables
-from pipeline.settings import Settings, none_twice
-from schemas.seasons import PERSON, Opponent
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.toml import Frozen, fitted, over, tables
+from pitchlore.pipeline.settings import Settings, none_twice
+from pitchlore.schemas.seasons import PERSON, Opponent
 
 #: Seeds reserved for the matches of one season, and of one game.
 _SEEDS_A_SEASON = 100_000
@@ -150,7 +150,7 @@ class Season(Frozen):
 
 def names() -> list[str]:
     """Names of the settings in the package."""
-    folder = files("pipeline.studies.seasons").joinpath("named")
+    folder = files("pitchlore.pipeline.studies.seasons").joinpath("named")
     return sorted(path.name.removesuffix(".toml") for path in folder.iterdir() if path.name.endswith(".toml"))
 
 
@@ -192,4 +192,5 @@ def _text(name: str) -> str:
     if name not in names():
         raise NotFound(
             f"there are no settings {name!r}", next_step=f"Name a file, or one of {', '.join(names())}")
-    return files("pipeline.studies.seasons").joinpath("named", f"{name}.toml").read_text(encoding="utf-8")
+    folder = files("pitchlore.pipeline.studies.seasons").joinpath("named")
+    return folder.joinpath(f"{name}.toml").read_text(encoding="utf-8")

@@ -11,9 +11,9 @@ from types import MappingProxyType
 
 import polars as pl
 
-from pipeline.numbers.statistics import Estimate, welch
-from pipeline.studies.seasons import table3
-from pipeline.studies.seasons.measures import (
+from pitchlore.pipeline.numbers.statistics import Estimate, welch
+from pitchlore.pipeline.studies.seasons import table3
+from pitchlore.pipeline.studies.seasons.measures import (
     BRIEF,
     DIFFERENCE,
     LOST,

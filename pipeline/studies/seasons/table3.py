@@ -15,7 +15,7 @@ from importlib import resources
 
 import polars as pl
 
-from schemas.seasons import PERSON, Opponent
+from pitchlore.schemas.seasons import PERSON, Opponent
 
 #: Our opponents beside each of the paper's columns, whose names begin with the key. The first that has
 #: seasons counts: until a person has played, a second script stands beside the human column.

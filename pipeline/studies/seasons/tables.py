@@ -6,13 +6,13 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.studies.seasons.settings import Season
-from schemas import ROLES, Games, Growth, StatesPlayed
-from schemas.behaviours import moves_randomly
-from schemas.decisions import BRIEF_FRAMES, FIRST_S
-from schemas.goals import KINDS
-from schemas.table import Key
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.studies.seasons.settings import Season
+from pitchlore.schemas import ROLES, Games, Growth, StatesPlayed
+from pitchlore.schemas.behaviours import moves_randomly
+from pitchlore.schemas.decisions import BRIEF_FRAMES, FIRST_S
+from pitchlore.schemas.goals import KINDS
+from pitchlore.schemas.table import Key
 
 #: The apprentice plays home in every game of a season.
 APPRENTICE, OPPONENT = "home", "away"

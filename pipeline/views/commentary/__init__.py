@@ -13,9 +13,9 @@ from itertools import chain
 
 import polars as pl
 
-from pipeline.game.pitch import Pitch
-from pipeline.views.commentary.goals import at_ball, of_goals
-from pipeline.views.commentary.moments import (
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.commentary.goals import at_ball, of_goals
+from pitchlore.pipeline.views.commentary.moments import (
     Moment,
     Weight,
     of_lulls,
@@ -24,10 +24,10 @@ from pipeline.views.commentary.moments import (
     of_spells,
     of_the_referee,
 )
-from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.spells import spells
-from pipeline.views.commentary.summary import MatchStatistics, summarise
-from pipeline.views.commentary.words import called
+from pitchlore.pipeline.views.commentary.settings import CommentarySettings
+from pitchlore.pipeline.views.commentary.spells import spells
+from pitchlore.pipeline.views.commentary.summary import MatchStatistics, summarise
+from pitchlore.pipeline.views.commentary.words import called
 
 __all__ = ["Commentary", "CommentarySettings", "commentary"]
 

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.game.roles import roles
-from pipeline.game.touches import touches
-from pipeline.views.commentary.moments import Moment, Weight
-from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.words import DONE, OTHER, robot, score, story
-from schemas import SIDES
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.game.roles import roles
+from pitchlore.pipeline.game.touches import touches
+from pitchlore.pipeline.views.commentary.moments import Moment, Weight
+from pitchlore.pipeline.views.commentary.settings import CommentarySettings
+from pitchlore.pipeline.views.commentary.words import DONE, OTHER, robot, score, story
+from pitchlore.schemas import SIDES
 
 
 def at_ball(trajectories: pl.DataFrame, pitch: Pitch) -> pl.DataFrame:

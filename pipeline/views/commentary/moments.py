@@ -9,11 +9,20 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.game.pitch import SCALES, Pitch
-from pipeline.game.roles import roles
-from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.spells import Spell
-from pipeline.views.commentary.words import OTHER, PASSES, clock, listed, metres, restart, robot, score
+from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.game.roles import roles
+from pitchlore.pipeline.views.commentary.settings import CommentarySettings
+from pitchlore.pipeline.views.commentary.spells import Spell
+from pitchlore.pipeline.views.commentary.words import (
+    OTHER,
+    PASSES,
+    clock,
+    listed,
+    metres,
+    restart,
+    robot,
+    score,
+)
 
 #: Robot loses the ball (Table 1).
 _LOSES = 22

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from pipeline.base.toml import Frozen
+from pitchlore.pipeline.base.toml import Frozen
 
 
 class CommentarySettings(Frozen):

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.game.roles import roles
-from pipeline.views.commentary.words import robot
+from pitchlore.pipeline.game.roles import roles
+from pitchlore.pipeline.views.commentary.words import robot
 
 
 class Spell(NamedTuple):

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.words import clock
-from schemas import ROLES, note_on
-from schemas.goals import KINDS
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.views.commentary.settings import CommentarySettings
+from pitchlore.pipeline.views.commentary.words import clock
+from pitchlore.schemas import ROLES, note_on
+from pitchlore.schemas.goals import KINDS
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 
 class SideStatistics(BaseModel):

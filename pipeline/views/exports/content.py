@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import MatchLog, Period
-from pipeline.numbers.arrays import F64, I64
-from schemas import SIDES, Possession, Situations, Trajectories
+from pitchlore.pipeline.matches.frame import MatchLog, Period
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.schemas import SIDES, Possession, Situations, Trajectories
 
 #: Names of the teams of ``ROBOT_DTYPE``'s numbers, as the tables have them.
 BALL = "ball"

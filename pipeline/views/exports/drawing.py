@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.game.pitch import Pitch
+from pitchlore.pipeline.game.pitch import Pitch
 
 #: Red, green, blue, 0 to 255.
 COLOURS: dict[str, tuple[int, int, int]] = {

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
-from pipeline.base.errors import NotFound, in_one_line
-from pipeline.views.exports import foxglove, second_spectrum, tables
-from pipeline.views.exports.content import Content
+from pitchlore.pipeline.base.errors import NotFound, in_one_line
+from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
+from pitchlore.pipeline.views.exports.content import Content
 
 #: Files by the ending of their names after the match's id.
 Files = dict[str, bytes]
@@ -36,7 +36,7 @@ def _provider(content: Content) -> Files:
 
 def _rerun(content: Content) -> Files:
     try:
-        module = import_module("pipeline.views.exports.rerun_log")
+        module = import_module("pitchlore.pipeline.views.exports.rerun_log")
     except ImportError as error:
         if error.name is None or error.name.partition(".")[0] != "rerun":
             raise

@@ -14,10 +14,10 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.game.pitch import SCALES
-from pipeline.matches.json_log import JsonMessage, JsonTopic, json_log
-from pipeline.views.exports.content import BALL, Content
-from pipeline.views.exports.drawing import COLOURS, outline
+from pitchlore.pipeline.game.pitch import SCALES
+from pitchlore.pipeline.matches.json_log import JsonMessage, JsonTopic, json_log
+from pitchlore.pipeline.views.exports.content import BALL, Content
+from pitchlore.pipeline.views.exports.drawing import COLOURS, outline
 
 #: The frame of everything, and the topics.
 PITCH = "pitch"

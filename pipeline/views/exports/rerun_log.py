@@ -17,9 +17,9 @@ import pyarrow as pa  # a list with None becomes text in Rerun, an Arrow null en
 import rerun as rr
 import rerun.blueprint as rrb
 
-from pipeline.game.pitch import SCALES
-from pipeline.views.exports.content import BALL, Content, places
-from pipeline.views.exports.drawing import COLOURS, outline
+from pitchlore.pipeline.game.pitch import SCALES
+from pitchlore.pipeline.views.exports.content import BALL, Content, places
+from pitchlore.pipeline.views.exports.drawing import COLOURS, outline
 
 #: The timeline: time since the first sample.
 MATCH = "match"

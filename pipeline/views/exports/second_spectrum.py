@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.base.errors import BadRecording
-from pipeline.matches.frame import Period
-from pipeline.numbers.arrays import I64
-from pipeline.views.exports.content import BALL, Content
-from schemas import SIDES
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.matches.frame import Period
+from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.views.exports.content import BALL, Content
+from pitchlore.schemas import SIDES
 
 #: Numbers of the teams; a player's is its team's plus its number on the shirt.
 _TEAMS = {"home": 100_000, "away": 200_000}

@@ -7,10 +7,10 @@ import io
 import numpy as np
 import polars as pl
 
-from pipeline.events.restarts import kind_of
-from pipeline.trajectories.timeline import STOPPING
-from pipeline.views.exports.content import PLAY, STOP, Content
-from schemas import SIDES
+from pitchlore.pipeline.events.restarts import kind_of
+from pitchlore.pipeline.trajectories.timeline import STOPPING
+from pitchlore.pipeline.views.exports.content import PLAY, STOP, Content
+from pitchlore.schemas import SIDES
 
 
 def table(content: Content) -> pl.DataFrame:

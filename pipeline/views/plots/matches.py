@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 from matplotlib.figure import Figure
 
-from pipeline.views.plots.style import COLOURS
+from pitchlore.pipeline.views.plots.style import COLOURS
 
 
 def memberships(terms: pl.DataFrame) -> Figure:

@@ -15,8 +15,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
-from pipeline.base.errors import NotFound
-from pipeline.views.plots.style import COLOURS, Dashes, plain
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain
 
 #: Colour and marker of each learner, the same in all figures. IQ's family is blue. WoLF-PHC's is Okabe and
 #: Ito's yellow, darkened for white paper. The markers alone tell all learners apart.

@@ -17,11 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from pipeline.arena.teams.table import TEAMS
-from pipeline.base.errors import NotFound
-from pipeline.views.plots.style import COLOURS, Dashes, plain
-from schemas import ROLES, called
-from schemas.seasons import PERSON
+from pitchlore.pipeline.arena.teams.table import TEAMS
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain
+from pitchlore.schemas import ROLES, called
+from pitchlore.schemas.seasons import PERSON
 
 #: Colour and line of the settings that are varied, and of their ablations.
 _BASE: tuple[str, Dashes] = ("0.35", (0, (5, 2)))

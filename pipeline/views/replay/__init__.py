@@ -24,11 +24,18 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.game.pitch import SCALES, Kind, Pitch
-from pipeline.settings import GramSettings
-from pipeline.views.replay.packing import TURN, milliseconds, quantum_of, samples_of, situated, tick_of
-from schemas import SIDES, Passes, Shots, note_on
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.views.replay.packing import (
+    TURN,
+    milliseconds,
+    quantum_of,
+    samples_of,
+    situated,
+    tick_of,
+)
+from pitchlore.schemas import SIDES, Passes, Shots, note_on
 
 #: Samples further apart are never joined, seconds.
 GAP_S = 0.5

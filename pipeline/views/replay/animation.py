@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import polars as pl
 
-from pipeline.base.errors import BadSettings, NotFound
-from pipeline.drawing import painting
-from pipeline.drawing.painting import ListPainter, Robot, Snapshot, clock, gif
-from pipeline.game.pitch import Pitch
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.drawing import painting
+from pitchlore.pipeline.drawing.painting import ListPainter, Robot, Snapshot, clock, gif
+from pitchlore.pipeline.game.pitch import Pitch
 
 #: GIF counts in hundredths of a second: 12.5 pictures a second.
 STEP_MS = 80

@@ -34,9 +34,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64, I64, U8, Bools
-from pipeline.sequences.windows import followed
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.sequences.windows import followed
 
 #: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
 SEEN, SUSPECT, HEADED = 1, 2, 4
@@ -93,7 +93,7 @@ class Samples(NamedTuple):
 
     def near(self, metres: float) -> Bools:
         """Which samples to keep, so that the page's lines between them pass so near all others, bool [S]."""
-        from pipeline.views.replay.thinning import thinned  # noqa: PLC0415 (numba, which `replay` does without)
+        from pitchlore.pipeline.views.replay.thinning import thinned  # noqa: PLC0415 (numba, which `replay` does without)
 
         cut = ~self.joined
         cut[1:] |= (self.mask[:, 1:] != self.mask[:, :-1]).any(axis=0)

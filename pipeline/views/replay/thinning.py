@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pipeline.numbers.arrays import F64, Bools
+from pitchlore.pipeline.numbers.arrays import F64, Bools
 
 #: Samples that are kept are at most this far apart, seconds, if the recording's are.
 LONGEST_S = 0.25

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.numbers.statistics import mean_interval
-from schemas import SIDES
+from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.schemas import SIDES
 
 #: Parts of a match in the pictures over time.
 PARTS = 40

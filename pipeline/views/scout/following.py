@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from schemas import SIDES
+from pitchlore.schemas import SIDES
 
 #: Seconds after an occurrence's end within which what comes counts as having followed it.
 FOLLOWS_S = 10.0

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 
 #: No robot.
 NOBODY = -1

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.views.scout.words import said
-from schemas.behaviours import id_of
+from pitchlore.pipeline.views.scout.words import said
+from pitchlore.schemas.behaviours import id_of
 
 #: Grams that the panel of a neuron lists, the most frequent first; and behaviours, by evidence.
 LISTED = 12

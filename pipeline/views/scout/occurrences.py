@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pipeline.sequences.windows import instances
-from schemas import SIDES
+from pitchlore.pipeline.sequences.windows import instances
+from pitchlore.schemas import SIDES
 
 
 def occurrences(sequence: pl.DataFrame, behaviours: pl.DataFrame) -> pl.DataFrame:

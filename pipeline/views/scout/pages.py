@@ -10,9 +10,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 
-from pipeline.base.text import number_of
-from pipeline.views.replay import asset
-from pipeline.views.scout.moments import moment
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.views.replay import asset
+from pitchlore.pipeline.views.scout.moments import moment
 
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
@@ -23,7 +23,7 @@ _MORE_STYLE, _MORE_SCRIPT = ("marks.css", "map.css", "states.css", "looks.css"),
 @cache
 def _environment() -> Environment:
     made = Environment(
-        loader=PackageLoader("pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
+        loader=PackageLoader("pitchlore.pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
                      "short": _short, "number_of": number_of}

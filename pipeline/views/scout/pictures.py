@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from markupsafe import Markup, escape
 
-from pipeline.game.pitch import Pitch
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Cells of a heat map along and across the pitch.
 CELLS = (24, 16)

@@ -9,11 +9,11 @@ import numpy as np
 import polars as pl
 from markupsafe import Markup
 
-from pipeline.arena.teams.appraising import appraised, appraiser_of
-from pipeline.game.pitch import Pitch
-from pipeline.views.scout.pictures import Mark, on_pitch
-from schemas import ROLES
-from schemas.sights import SIGHT
+from pitchlore.pipeline.arena.teams.appraising import appraised, appraiser_of
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.scout.pictures import Mark, on_pitch
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.sights import SIGHT
 
 #: Parts of the pitch: along it, and from the line between the goals to a side line.
 PARTS = (6, 2)

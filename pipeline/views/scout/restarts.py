@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.game.episodes import episodes
-from pipeline.numbers.statistics import wilson
-from schemas import SIDES
-from schemas.restarts import RESTARTS
+from pitchlore.pipeline.game.episodes import episodes
+from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.schemas import SIDES
+from pitchlore.schemas.restarts import RESTARTS
 
 #: Seconds from the first touch within which something counts as the outcome of a restart.
 SOON_S = 8.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.arrays import F64
 
 #: Radius of the ring, of a node on it, and of the roles' names about it; half the width of the picture.
 _RING, _NODE, _NAMES, _EDGE = 84.0, 9.0, 101.0, 107.0

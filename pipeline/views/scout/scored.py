@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.views.scout.gallery import Clip
-from pipeline.views.scout.zones import THIRDS, third
-from schemas import SIDES
-from schemas.goals import KINDS
+from pitchlore.pipeline.views.scout.gallery import Clip
+from pitchlore.pipeline.views.scout.zones import THIRDS, third
+from pitchlore.schemas import SIDES
+from pitchlore.schemas.goals import KINDS
 
 #: Seconds shown before and after a goal; moments that are named of each line.
 BEFORE_S, AFTER_S, MOMENTS = 5.0, 0.5, 3

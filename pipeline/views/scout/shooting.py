@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from schemas.events import OUTCOMES
+from pitchlore.schemas.events import OUTCOMES
 
 #: What the outcomes of the table shots mean.
 MEANS = {

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from pipeline.game.pitch import Pitch
-from pipeline.state import BinEdges
-from pipeline.views.scout.pictures import on_pitch
-from schemas import ROLES
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.state import BinEdges
+from pitchlore.pipeline.views.scout.pictures import on_pitch
+from pitchlore.schemas import ROLES
 
 #: Rows of the raster that a zone of the ball is drawn on.
 _ROWS = 60

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from schemas.behaviours import moves_randomly
+from pitchlore.schemas.behaviours import moves_randomly
 
 #: Neighbours of a behaviour that a card names, before it and after it.
 _NAMED = 2

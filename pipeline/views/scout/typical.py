@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.numbers.statistics import Z
+from pitchlore.pipeline.numbers.statistics import Z
 
 
 def typical(own: pl.DataFrame, others: pl.DataFrame, support_at_least: int) -> pl.DataFrame:

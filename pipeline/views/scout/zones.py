@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from schemas import SIDES
+from pitchlore.schemas import SIDES
 
 #: Thirds of the pitch along it, as a team sees them.
 THIRDS = ("own third", "middle third", "attacking third")

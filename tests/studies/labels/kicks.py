@@ -9,9 +9,9 @@ from __future__ import annotations
 import polars as pl
 from studies.labels.moments import Recording
 
-from pipeline.game.pitch import SCALES
-from pipeline.situations import fuzzy
-from pipeline.situations.fuzzy import Variable
+from pitchlore.pipeline.game.pitch import SCALES
+from pitchlore.pipeline.situations import fuzzy
+from pitchlore.pipeline.situations.fuzzy import Variable
 
 #: Commands that are further apart are two acts.
 GAP_NS = 300_000_000

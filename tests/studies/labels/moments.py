@@ -13,11 +13,11 @@ import polars as pl
 from conftest import SAMPLE
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL
 
-from pipeline.game.pitch import Pitch
-from pipeline.importers import readers
-from pipeline.importers.tracking.mapping import TrackingMap
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.trajectories.derive import trajectories
 
 SEED = 13
 #: Moments of one recording are at least this far apart.

@@ -14,7 +14,7 @@ from matplotlib.patheffects import withStroke
 from studies.labels.agreement import ROW
 from studies.labels.moments import Recording
 
-from pipeline.game.pitch import SCALES, Kind, Pitch
+from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
 
 mpl.use("Agg")
 #: Colours of the teams: (robot, its past).

@@ -9,9 +9,9 @@ from studies.labels import agreement, kicks, shares
 from studies.labels.moments import Recording
 from support.recordings import ALL
 
-from pipeline.events.derive import events
-from pipeline.settings import EventSettings, SituationSettings
-from pipeline.situations.recognise import recognise
+from pitchlore.pipeline.events.derive import events
+from pitchlore.pipeline.settings import EventSettings, SituationSettings
+from pitchlore.pipeline.situations.recognise import recognise
 
 
 def study(folder: Path, recorded: dict[str, Recording]) -> None:

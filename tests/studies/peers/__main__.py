@@ -41,8 +41,8 @@ from studies.peers.teams import (
     teams,
 )
 
-from pipeline.arena.teams.panel import PANEL
-from pipeline.store import Store
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.store import Store
 
 
 def trainings(data: Path, minutes: float) -> Iterator[list[str]]:

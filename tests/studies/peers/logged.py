@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from pipeline.arena.env import BEHAVIOURS
-from pipeline.arena.match.recipe import MatchSettings
-from pipeline.arena.match.sighted import NUMBERS, scale, scales
-from pipeline.engine.teams import apprentice
-from pipeline.store import Store
-from schemas import ROLES, Decisions, Sights
-from schemas.sights import SIGHT
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.arena.env import BEHAVIOURS
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.match.sighted import NUMBERS, scale, scales
+from pitchlore.pipeline.engine.teams import apprentice
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import ROLES, Decisions, Sights
+from pitchlore.schemas.sights import SIGHT
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 _EPISODE = ("match_id", "team", "robot", "episode")
 

@@ -26,7 +26,7 @@ from studies.peers.pitch import Pitches
 from studies.peers.playing import KEPT
 from studies.peers.worth import Worth
 
-from pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.arena.teams.panel import PANEL
 
 #: Against whom all train.
 OPPONENT = PANEL[0]

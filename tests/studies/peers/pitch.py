@@ -15,8 +15,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 from studies.peers.playing import pitch_of
 from studies.peers.worth import Worth
 
-from pipeline.arena.env import ParallelMatch
-from schemas import SIDES
+from pitchlore.pipeline.arena.env import ParallelMatch
+from pitchlore.schemas import SIDES
 
 
 class Pitches(VecEnv):

@@ -10,13 +10,13 @@ import numpy.typing as npt
 import polars as pl
 from studies.peers.network import load
 
-from pipeline import arena
-from pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
-from pipeline.arena.match.environment import Side
-from pipeline.arena.teams.constant import clock_of, constant
-from pipeline.store.receipts import digest
-from pipeline.studies.evaluations import match_seed
-from schemas import SIDES
+from pitchlore.pipeline import arena
+from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
+from pitchlore.pipeline.arena.match.environment import Side
+from pitchlore.pipeline.arena.teams.constant import clock_of, constant
+from pitchlore.pipeline.store.receipts import digest
+from pitchlore.pipeline.studies.evaluations import match_seed
+from pitchlore.schemas import SIDES
 
 #: Matches after which a learner's network is kept and measured.
 KEPT = (20, 40, 80, 140, 280, 560, 1_000, 1_400, 2_800, 5_600, 11_200)

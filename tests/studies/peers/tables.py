@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from studies.looking import STATIC
 from studies.peers.teams import ONCE, OURS, WHOLE, Team
 
-from pipeline.arena.teams.panel import PANEL
-from pipeline.numbers.statistics import mean_interval, welch
-from pipeline.views.plots.style import png
-from schemas.table import called
+from pitchlore.pipeline.arena.teams.panel import PANEL
+from pitchlore.pipeline.numbers.statistics import mean_interval, welch
+from pitchlore.pipeline.views.plots.style import png
+from pitchlore.schemas.table import called
 
 #: Of what an interval is where there is one training, and how the tables mark it.
 _PAIRS, _ONE = "pairs of matches", "†"

@@ -13,16 +13,16 @@ from studies.looking import HELD, STATIC, USUAL, of_pairs
 from studies.peers.playing import ANY, KEPT, Choose, Observed, by_chance, by_network, played
 from studies.trial import LOOKS, Chooser, Seen
 
-from pipeline.arena.env import ParallelMatch
-from pipeline.arena.match.controllers import PolicyTables
-from pipeline.arena.teams.appraising import appraiser_of
-from pipeline.arena.teams.constant import BEST
-from pipeline.engine.evaluations import evaluate, stored
-from pipeline.engine.teams import Player, apprentice, entrant, labelled
-from pipeline.store import Store
-from pipeline.store.receipts import digest
-from pipeline.studies.evaluations import Entrant, Evaluation, Pair
-from pipeline.studies.seasons.settings import named
+from pitchlore.pipeline.arena.env import ParallelMatch
+from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.arena.teams.appraising import appraiser_of
+from pitchlore.pipeline.arena.teams.constant import BEST
+from pitchlore.pipeline.engine.evaluations import evaluate, stored
+from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import digest
+from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation, Pair
+from pitchlore.pipeline.studies.seasons.settings import named
 
 #: Matches of a game of our apprentices' seasons, and of a season.
 GAME = named(HELD.season).matches_a_game

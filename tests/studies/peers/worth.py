@@ -11,12 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.arena.env import ParallelMatch
-from pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
-from pipeline.game.pitch import PITCHES, Kind
-from pipeline.numbers.arrays import F32
-from pipeline.values.models import logits_of, probability, shipped
-from pipeline.values.moments import Ball, Robots, features
+from pitchlore.pipeline.arena.env import ParallelMatch
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.numbers.arrays import F32
+from pitchlore.pipeline.values.models import logits_of, probability, shipped
+from pitchlore.pipeline.values.moments import Ball, Robots, features
 
 _PITCH = PITCHES[Kind.VSSS]
 

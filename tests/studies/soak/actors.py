@@ -22,7 +22,7 @@ from studies.soak.processes import listens, running
 from studies.soak.questions import NOTEBOOK, Judge
 from support.terminal import Terminal
 
-from pipeline.store import Store
+from pitchlore.pipeline.store import Store
 
 #: Most that a command may take on a busy machine, and to end once it is told to, seconds.
 COMMAND_S, END_S = 300.0, 20.0

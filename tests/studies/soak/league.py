@@ -15,13 +15,13 @@ from hostile.make import HOSTILE
 from studies.soak.processes import MARK
 from studies.soak.questions import QUESTION, Row
 
-from pipeline.engine.stage import Per
-from pipeline.engine.stages import STAGES
-from pipeline.engine.update import nothing_new
-from pipeline.settings import Settings
-from pipeline.store import Store
-from pipeline.store.receipts import digest
-from schemas import Behaviours, Occasions, Policies
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import nothing_new
+from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import digest
+from pitchlore.schemas import Behaviours, Occasions, Policies
 
 #: Recordings that are refused soon, and need little room.
 REFUSED = ("quadratic.mcap", "lying.mcap", "deep.mcap", "chunks.mcap", "rows.parquet", "bomb.csv.gz", "nothing.csv",

@@ -17,16 +17,16 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.arena.teams.ball import has_ball, touches
-from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.controllers import control
-from pipeline.arena.teams.executors.endings import is_over
-from pipeline.arena.teams.geometry import distance, offset, unit
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.splitmix import SplitMix, uniform
-from pipeline.arena.teams.steering import set_wheels
-from pipeline.game.bodies import BALL, Record
-from pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.arena.teams.ball import has_ball, touches
+from pitchlore.pipeline.arena.teams.executors import actions
+from pitchlore.pipeline.arena.teams.executors.controllers import control
+from pitchlore.pipeline.arena.teams.executors.endings import is_over
+from pitchlore.pipeline.arena.teams.geometry import distance, offset, unit
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
+from pitchlore.pipeline.arena.teams.steering import set_wheels
+from pitchlore.pipeline.game.bodies import BALL, Record
+from pitchlore.pipeline.numbers.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pipeline.arena.teams.geometry import offset
-from pipeline.arena.teams.measures import Measures
-from pipeline.game.bodies import BALL, X, Y
-from pipeline.numbers.arrays import F64
-from schemas.situations import MOVES_RANDOMLY
+from pitchlore.pipeline.arena.teams.geometry import offset
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Controllers; ``control`` calls them.
 HOLD, GUIDE, KICK, GIVE, LEAVE, RECEDE, REACH, RECEIVE = range(8)

@@ -9,13 +9,13 @@ import math
 
 from numba import njit
 
-from pipeline.arena.teams.ball import COS_FACING, coming, has_ball, push, soon, spin, touches
-from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.actions import GONE
-from pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit
-from pipeline.arena.teams.goalkeeping import OFF_LINE, keep_line
-from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.steering import (
+from pitchlore.pipeline.arena.teams.ball import COS_FACING, coming, has_ball, push, soon, spin, touches
+from pitchlore.pipeline.arena.teams.executors import actions
+from pitchlore.pipeline.arena.teams.executors.actions import GONE
+from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit
+from pitchlore.pipeline.arena.teams.goalkeeping import OFF_LINE, keep_line
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.arena.teams.steering import (
     BACK,
     EITHER,
     FRONT,
@@ -26,8 +26,8 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.game.bodies import BALL, VX, VY, Record, X, Y
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
+from pitchlore.pipeline.numbers.arrays import F64
 
 # From further ahead of the ball than this (cosine), it is reached from behind instead of straight on.
 _COS_AHEAD = -0.3

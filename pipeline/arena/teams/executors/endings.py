@@ -34,13 +34,13 @@ import math
 
 from numba import njit
 
-from pipeline.arena.teams.ball import COS_FACING, has_ball, touches
-from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.actions import GONE
-from pipeline.arena.teams.geometry import along, distance, offset, speed_of
-from pipeline.arena.teams.measures import Measures
-from pipeline.game.bodies import BALL, VX, VY, Record
-from pipeline.numbers.arrays import F64
+from pitchlore.pipeline.arena.teams.ball import COS_FACING, has_ball, touches
+from pitchlore.pipeline.arena.teams.executors import actions
+from pitchlore.pipeline.arena.teams.executors.actions import GONE
+from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of
+from pitchlore.pipeline.arena.teams.measures import Measures
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record
+from pitchlore.pipeline.numbers.arrays import F64
 
 # Durations of the conditions of 001, 011 and 184, seconds.
 _GAINED_S, _GUIDED_S, _STOOD_S = 0.15, 0.40, 0.50

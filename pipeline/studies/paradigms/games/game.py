@@ -10,8 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.base.errors import SchemaMismatch
-from pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 
 
 @dataclass(frozen=True, slots=True, eq=False)

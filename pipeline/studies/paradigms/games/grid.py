@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.base.errors import BadSettings
-from pipeline.studies.paradigms.games.game import Game
+from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.studies.paradigms.games.game import Game
 
 SIZE = 5
 CELLS = SIZE * SIZE

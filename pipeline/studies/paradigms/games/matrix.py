@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.base.errors import BadSettings, SchemaMismatch
-from pipeline.numbers.arrays import Bools
-from pipeline.studies.paradigms.games.game import Game
+from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
+from pitchlore.pipeline.numbers.arrays import Bools
+from pitchlore.pipeline.studies.paradigms.games.game import Game
 
 CLIMBING = ((11, -30, 0), (-30, 7, 6), (0, 0, 5))
 

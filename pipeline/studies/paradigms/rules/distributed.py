@@ -20,10 +20,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules import iq
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules import iq
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 #: Plane of ``Memory.aux``: 1 for the action of the agent's policy, else 0; at first it has none.
 KEPT = 0

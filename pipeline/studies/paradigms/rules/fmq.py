@@ -21,10 +21,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules import iq
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules import iq
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 #: Planes of ``Memory.aux``: the greatest reward so far, how often it came, how often the action was taken.
 GREATEST, HITS, TAKEN = 0, 1, 2

@@ -7,9 +7,15 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition, td_error
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import (
+    LearnerSettings,
+    Memory,
+    Params,
+    Transition,
+    td_error,
+)
 
 
 class IQ(LearnerSettings):

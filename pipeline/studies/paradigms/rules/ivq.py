@@ -9,9 +9,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from pipeline.studies.paradigms.rules import iq
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import (
+from pitchlore.pipeline.studies.paradigms.rules import iq
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import (
     LearnerSettings,
     Memory,
     Params,

@@ -21,9 +21,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from pipeline.studies.paradigms.rules import iq
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
+from pitchlore.pipeline.studies.paradigms.rules import iq
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 #: Plane of ``Memory.aux``: the temperature of the action.
 TEMPERATURE = 0

@@ -21,9 +21,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from pipeline.base.toml import Frozen
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
 
 #: Numbers that a rule may keep for every pair of observation and action.
 AUX = 3

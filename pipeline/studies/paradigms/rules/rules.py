@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules import (
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules import (
     distributed,
     fmq,
     hysteretic,
@@ -24,8 +24,8 @@ from pipeline.studies.paradigms.rules import (
     lenient,
     wolf_phc,
 )
-from pipeline.studies.paradigms.rules.kernel import switch
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
+from pitchlore.pipeline.studies.paradigms.rules.kernel import switch
+from pitchlore.pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 
 class LearningRule(NamedTuple):

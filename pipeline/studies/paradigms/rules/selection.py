@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
-from pipeline.numbers.arrays import F64
-from pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
 
 #: The exponential of this is 0 in float64. Late in training most weights are 0; to compute them took a tenth
 #: of a step.

@@ -14,9 +14,9 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from pipeline.numbers.arrays import F64, I64
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
+from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel
+from pitchlore.pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 #: Planes of ``Memory.aux``: the policy, and the mean of the policies at all visits to the observation.
 POLICY, MEAN = 0, 1

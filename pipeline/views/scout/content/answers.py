@@ -5,16 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pipeline.base.text import number_of
-from pipeline.store import Store
-from pipeline.views.scout.content.chances import shots_over, with_chances
-from pipeline.views.scout.content.sources import Match, TeamName, events_of, sides_of
-from pipeline.views.scout.facts import Tables
-from pipeline.views.scout.scored import Scored, again, of_side, scored, summary
-from pipeline.views.scout.shooting import shooting
-from pipeline.views.scout.words import said
-from pipeline.views.scout.zones import THIRDS, WAYS, Played, Samples, losses, passing, played, samples
-from schemas import SIDES, Passes, Possession
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.chances import shots_over, with_chances
+from pitchlore.pipeline.views.scout.content.sources import Match, TeamName, events_of, sides_of
+from pitchlore.pipeline.views.scout.facts import Tables
+from pitchlore.pipeline.views.scout.scored import Scored, again, of_side, scored, summary
+from pitchlore.pipeline.views.scout.shooting import shooting
+from pitchlore.pipeline.views.scout.words import said
+from pitchlore.pipeline.views.scout.zones import (
+    THIRDS,
+    WAYS,
+    Played,
+    Samples,
+    losses,
+    passing,
+    played,
+    samples,
+)
+from pitchlore.schemas import SIDES, Passes, Possession
 
 
 class Kept(NamedTuple):

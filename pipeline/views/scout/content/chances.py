@@ -7,11 +7,11 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.base.text import number_of
-from pipeline.store import Store
-from pipeline.views.scout.content.sources import Match, events_of
-from pipeline.views.scout.facts import Mean, Tables
-from schemas import Chances, Shots
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.sources import Match, events_of
+from pitchlore.pipeline.views.scout.facts import Mean, Tables
+from pitchlore.schemas import Chances, Shots
 
 
 def with_chances(tables: Tables) -> pl.DataFrame:

@@ -8,15 +8,15 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.engine.knowledge import learned_from, lineage
-from pipeline.numbers.estimates import BY_EVIDENCE
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest
-from pipeline.views.scout.content.matches import MEASURES
-from pipeline.views.scout.content.sources import Match, TeamName, against_itself, counted
-from pipeline.views.scout.content.teams import over
-from pipeline.views.scout.words import NAMES, short
-from schemas import SIDES, Behaviours
+from pitchlore.pipeline.engine.knowledge import learned_from, lineage
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.pipeline.views.scout.content.matches import MEASURES
+from pitchlore.pipeline.views.scout.content.sources import Match, TeamName, against_itself, counted
+from pitchlore.pipeline.views.scout.content.teams import over
+from pitchlore.pipeline.views.scout.words import NAMES, short
+from pitchlore.schemas import SIDES, Behaviours
 
 #: Versions of the knowledge that can be compared: the newest.
 VERSIONS = 4

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pipeline.engine.knowledge import learned_from, lineage
-from pipeline.store import Store
-from pipeline.views.scout.content.sources import Known, Match
+from pitchlore.pipeline.engine.knowledge import learned_from, lineage
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.sources import Known, Match
 
 #: Behaviours that the report names.
 BEHAVIOURS = 5

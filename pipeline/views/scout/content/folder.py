@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.store import Store
+from pitchlore.pipeline.store import Store
 
 #: What each page was made from, by its name.
 _KEYS = ".pages.json"

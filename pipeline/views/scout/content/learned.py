@@ -7,12 +7,12 @@ from functools import cached_property
 
 import polars as pl
 
-from pipeline.engine.knowledge import learned_from, lineage
-from pipeline.store import Store
-from pipeline.store.receipts import Receipt, canonical, digest
-from pipeline.views.scout.content.sources import Known, Match, TeamName
-from pipeline.views.scout.typical import typical
-from schemas import SIDES, Decisions, Grams, Neurons
+from pitchlore.pipeline.engine.knowledge import learned_from, lineage
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt, canonical, digest
+from pitchlore.pipeline.views.scout.content.sources import Known, Match, TeamName
+from pitchlore.pipeline.views.scout.typical import typical
+from pitchlore.schemas import SIDES, Decisions, Grams, Neurons
 
 
 class Learned:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.sources import Known, TeamName, counted
-from pipeline.views.scout.content.teams import on_page
-from pipeline.views.scout.gallery import ranked
-from pipeline.views.scout.maps import lying, maps
-from pipeline.views.scout.ring import Edge, Node, ring
-from pipeline.views.scout.transitions import Transitions, transitions
-from pipeline.views.scout.words import NAMES, of_behaviour
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.sources import Known, TeamName, counted
+from pitchlore.pipeline.views.scout.content.teams import on_page
+from pitchlore.pipeline.views.scout.gallery import ranked
+from pitchlore.pipeline.views.scout.maps import lying, maps
+from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
+from pitchlore.pipeline.views.scout.transitions import Transitions, transitions
+from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
 
 #: Behaviours on the ring: those that were begun most often. Arrows from each: its commonest next ones.
 _NODES, _ARROWS = 16, 4

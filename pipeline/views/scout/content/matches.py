@@ -8,20 +8,29 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.game.pitch import Pitch
-from pipeline.views.commentary import Commentary, commentary
-from pipeline.views.commentary.words import called
-from pipeline.views.scout.changes import Change, change, change_of_count, told
-from pipeline.views.scout.content.answers import Kept, of_match
-from pipeline.views.scout.content.chances import rests_on, size, with_chances, words_of
-from pipeline.views.scout.content.flaws import flaws
-from pipeline.views.scout.content.sources import Match, TeamName
-from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts, played_s
-from pipeline.views.scout.moments import moment
-from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
-from pipeline.views.scout.restarts import any_moment
-from pipeline.views.scout.scored import Scored, clip_of
-from schemas import SIDES, note_on
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.commentary import Commentary, commentary
+from pitchlore.pipeline.views.commentary.words import called
+from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, told
+from pitchlore.pipeline.views.scout.content.answers import Kept, of_match
+from pitchlore.pipeline.views.scout.content.chances import rests_on, size, with_chances, words_of
+from pitchlore.pipeline.views.scout.content.flaws import flaws
+from pitchlore.pipeline.views.scout.content.sources import Match, TeamName
+from pitchlore.pipeline.views.scout.facts import (
+    Numbers,
+    Tables,
+    by_lead,
+    halves,
+    markers,
+    numbers,
+    parts,
+    played_s,
+)
+from pitchlore.pipeline.views.scout.moments import moment
+from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
+from pitchlore.pipeline.views.scout.restarts import any_moment
+from pitchlore.pipeline.views.scout.scored import Scored, clip_of
+from pitchlore.schemas import SIDES, note_on
 
 #: What is counted of a side: label, field of Numbers, whether it is a share.
 MEASURES = (

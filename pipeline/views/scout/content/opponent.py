@@ -8,17 +8,24 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.base.text import number_of
-from pipeline.game.pitch import Pitch
-from pipeline.store import Store
-from pipeline.views.scout.content.answers import goals_over, robots_of, scores_by
-from pipeline.views.scout.content.danger import dangerous, of_keeper
-from pipeline.views.scout.content.sources import Match, TeamName, against_itself, counted, events_of, sides_of
-from pipeline.views.scout.gallery import Clip
-from pipeline.views.scout.restarts import SOON_S, paid, soon
-from pipeline.views.scout.scored import clip_of
-from pipeline.views.scout.zones import third
-from schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.answers import goals_over, robots_of, scores_by
+from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
+from pitchlore.pipeline.views.scout.content.sources import (
+    Match,
+    TeamName,
+    against_itself,
+    counted,
+    events_of,
+    sides_of,
+)
+from pitchlore.pipeline.views.scout.gallery import Clip
+from pitchlore.pipeline.views.scout.restarts import SOON_S, paid, soon
+from pitchlore.pipeline.views.scout.scored import clip_of
+from pitchlore.pipeline.views.scout.zones import third
+from pitchlore.schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
 
 #: Matches that the report is made from, the newest; clips of a sentence.
 FROM, CLIPS = 20, 3

@@ -7,13 +7,13 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pipeline.store import Store
-from pipeline.views.scout.content import answers, maps, opponent, replays
-from pipeline.views.scout.content import matches as match_pages
-from pipeline.views.scout.content import teams as team_pages
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.sources import Known, Match, TeamName
-from pipeline.views.scout.pages import page
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content import answers, maps, opponent, replays
+from pitchlore.pipeline.views.scout.content import matches as match_pages
+from pitchlore.pipeline.views.scout.content import teams as team_pages
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.sources import Known, Match, TeamName
+from pitchlore.pipeline.views.scout.pages import page
 
 
 class MatchTodo(NamedTuple):

@@ -7,17 +7,17 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.engine.policies import looks
-from pipeline.game.pitch import PITCHES, Kind, Pitch
-from pipeline.state.words import named
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt
-from pipeline.views.scout.content.sources import Match, TeamName, team_name
-from pipeline.views.scout.pictures import bars, on_pitch
-from pipeline.views.scout.states import facts_of, shaded
-from pipeline.views.scout.words import of_behaviour
-from schemas import KEYS, ROLES, Appraisals, Policies, Returns, Sights, States
-from schemas.policies import FEW, VERDICTS
+from pitchlore.pipeline.engine.policies import looks
+from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.state.words import named
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
+from pitchlore.pipeline.views.scout.content.sources import Match, TeamName, team_name
+from pitchlore.pipeline.views.scout.pictures import bars, on_pitch
+from pitchlore.pipeline.views.scout.states import facts_of, shaded
+from pitchlore.pipeline.views.scout.words import of_behaviour
+from pitchlore.schemas import KEYS, ROLES, Appraisals, Policies, Returns, Sights, States
+from pitchlore.schemas.policies import FEW, VERDICTS
 
 #: States shown of each role and key that are unsure, and that are not; candidates shown of each.
 _UNSURE, _KNOWN, _CANDIDATES = 4, 2, 5
@@ -141,7 +141,7 @@ def _looks(
     store: Store, policy: Newest, values: pl.DataFrame, cards: Mapping[str, str]
 ) -> list[dict[str, Any]]:
     """Preferences of a policy that looks, role by role; none without moments in which players decided."""
-    from pipeline.views.scout.preferred import (  # noqa: PLC0415 (numba's code is loaded with it)
+    from pitchlore.pipeline.views.scout.preferred import (  # noqa: PLC0415 (numba's code is loaded with it)
         actions_of,
         picture,
         preferred,

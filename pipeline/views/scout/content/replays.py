@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from pipeline.game.pitch import SCALES
-from pipeline.views.commentary import Commentary
-from pipeline.views.replay import payload, script, style
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.sources import Known, Match, TeamName
-from pipeline.views.scout.content.teams import on_page
-from pipeline.views.scout.facts import Tables
+from pitchlore.pipeline.game.pitch import SCALES
+from pitchlore.pipeline.views.commentary import Commentary
+from pitchlore.pipeline.views.replay import payload, script, style
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.sources import Known, Match, TeamName
+from pitchlore.pipeline.views.scout.content.teams import on_page
+from pitchlore.pipeline.views.scout.facts import Tables
 
 #: Most samples a second in clips and replays, and how far they may show a robot from its place, in its radii.
 _HZ, _NEAR = 60.0, 1 / 2

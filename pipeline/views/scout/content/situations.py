@@ -7,15 +7,15 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.game.pitch import Kind
-from pipeline.situations.rulebook import rule_table, term_table, terms_used
-from pipeline.situations.rules import MACROS
-from pipeline.store import Store
-from pipeline.views.scout.content.sources import Match
-from pipeline.views.scout.curves import Curve, curves, swatch
-from pipeline.views.scout.gallery import Clip
-from pipeline.views.scout.words import NAMES
-from schemas import Situations
+from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.situations.rulebook import rule_table, term_table, terms_used
+from pitchlore.pipeline.situations.rules import MACROS
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.sources import Match
+from pitchlore.pipeline.views.scout.curves import Curve, curves, swatch
+from pitchlore.pipeline.views.scout.gallery import Clip
+from pitchlore.pipeline.views.scout.words import NAMES
+from pitchlore.schemas import Situations
 
 #: Matches of each kind of pitch that shares and examples are taken from: the newest.
 FROM = 30

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.base.errors import NotFound
-from pipeline.game.pitch import Pitch
-from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt, canonical, digest
-from pipeline.views.scout.facts import Tables
-from schemas import (
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest, Receipt, canonical, digest
+from pitchlore.pipeline.views.scout.facts import Tables
+from pitchlore.schemas import (
     SIDES,
     Behaviours,
     Chances,

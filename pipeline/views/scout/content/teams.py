@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.base.text import number_of
-from pipeline.game.pitch import Pitch
-from pipeline.store import Store
-from pipeline.views.scout.content.answers import of_team
-from pipeline.views.scout.content.chances import known_in, shots_over, size, words_of
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.matches import MEASURES, before
-from pipeline.views.scout.content.sources import (
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.content.answers import of_team
+from pitchlore.pipeline.views.scout.content.chances import known_in, shots_over, size, words_of
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.matches import MEASURES, before
+from pitchlore.pipeline.views.scout.content.sources import (
     Known,
     Match,
     TeamName,
@@ -25,18 +25,18 @@ from pipeline.views.scout.content.sources import (
     sequence,
     sides_of,
 )
-from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
-from pipeline.views.scout.following import FOLLOWS_S, followed_by, following
-from pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
-from pipeline.views.scout.maps import lying, neuron_key
-from pipeline.views.scout.moments import moment
-from pipeline.views.scout.occurrences import occurrences, placed
-from pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
-from pipeline.views.scout.restarts import SOON_S, Moments, paid
-from pipeline.views.scout.restarts import over_matches as any_moment
-from pipeline.views.scout.transitions import Followed, around, transitions
-from pipeline.views.scout.words import of_behaviour, said
-from schemas import SIDES, Goals, Passes, Possession, Restarts, Shots, Trajectories, note_on
+from pitchlore.pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
+from pitchlore.pipeline.views.scout.following import FOLLOWS_S, followed_by, following
+from pitchlore.pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
+from pitchlore.pipeline.views.scout.maps import lying, neuron_key
+from pitchlore.pipeline.views.scout.moments import moment
+from pitchlore.pipeline.views.scout.occurrences import occurrences, placed
+from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
+from pitchlore.pipeline.views.scout.restarts import SOON_S, Moments, paid
+from pitchlore.pipeline.views.scout.restarts import over_matches as any_moment
+from pitchlore.pipeline.views.scout.transitions import Followed, around, transitions
+from pitchlore.pipeline.views.scout.words import of_behaviour, said
+from pitchlore.schemas import SIDES, Goals, Passes, Possession, Restarts, Shots, Trajectories, note_on
 
 #: Matches that clips are taken from: the newest.
 FROM = 40

@@ -10,25 +10,33 @@ from typing import Any, NamedTuple
 import polars as pl
 from markupsafe import Markup
 
-from pipeline.base.errors import BadSettings, NotFound, PitchloreError
-from pipeline.engine.placement.crew import crew
-from pipeline.engine.placement.pieces import spread
-from pipeline.engine.progress import RunReport, StageReport
-from pipeline.store import Store
-from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
-from pipeline.views.commentary.words import called
-from pipeline.views.replay import linked
-from pipeline.views.scout.content import compare, danger, replays
-from pipeline.views.scout.content import matches as match_pages
-from pipeline.views.scout.content import policies as policy_pages
-from pipeline.views.scout.content import situations as situation_pages
-from pipeline.views.scout.content.folder import Folder
-from pipeline.views.scout.content.learned import Learned
-from pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, of_team
-from pipeline.views.scout.content.sources import Match, TeamName, chosen, newest, played, readable, sides_of
-from pipeline.views.scout.content.teams import FROM, on_page
-from pipeline.views.scout.pages import files, page
-from schemas import SIDES, Behaviours
+from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.pieces import spread
+from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import RELEASE, canonical, digest, source_hash
+from pitchlore.pipeline.views.commentary.words import called
+from pitchlore.pipeline.views.replay import linked
+from pitchlore.pipeline.views.scout.content import compare, danger, replays
+from pitchlore.pipeline.views.scout.content import matches as match_pages
+from pitchlore.pipeline.views.scout.content import policies as policy_pages
+from pitchlore.pipeline.views.scout.content import situations as situation_pages
+from pitchlore.pipeline.views.scout.content.folder import Folder
+from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, of_team
+from pitchlore.pipeline.views.scout.content.sources import (
+    Match,
+    TeamName,
+    chosen,
+    newest,
+    played,
+    readable,
+    sides_of,
+)
+from pitchlore.pipeline.views.scout.content.teams import FROM, on_page
+from pitchlore.pipeline.views.scout.pages import files, page
+from pitchlore.schemas import SIDES, Behaviours
 
 #: Matches of a piece of work: a process takes as long to start as to make the pages of a few.
 _AT_ONCE = 4
