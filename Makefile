@@ -182,8 +182,8 @@ EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(
 APPRENTICES := 101 102 103 104 105
 IDEAS := begin-all bold both-teams constant-steps each-decision grams influence no-interrupts no-least-time \
   one-match optimistic paper-clock random-tries short-traces states
-# What the paper leaves open, see pipeline/studies/seasons/named/paper-vary-*.toml.
-VARIED := $(sort $(patsubst pipeline/studies/seasons/named/%.toml,%,$(wildcard pipeline/studies/seasons/named/paper-vary-*.toml)))
+# What the paper leaves open, see pipeline/seasons/named/paper-vary-*.toml.
+VARIED := $(sort $(patsubst pipeline/seasons/named/%.toml,%,$(wildcard pipeline/seasons/named/paper-vary-*.toml)))
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (about three hours on two free cores)
 	$(SEASON) --settings paper --seasons 5

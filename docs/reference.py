@@ -23,8 +23,8 @@ from pydantic.fields import FieldInfo
 from pitchlore.flows.cli import COMMANDS, command_line
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.seasons.settings import SeasonSettings
 from pitchlore.pipeline.settings import RunSettings
-from pitchlore.pipeline.studies.seasons.settings import SeasonSettings
 from pitchlore.schemas import PUBLIC, Table
 
 HERE = Path(__file__).parent / "reference"

@@ -12,12 +12,12 @@ from pitchlore.pipeline.engine.placement.crew import crew
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.paradigms.claims import PEAK, verdicts
+from pitchlore.pipeline.paradigms.experiments import OTHER_GAMES, Design, FigureNumber, Sweep, sweeps
+from pitchlore.pipeline.paradigms.readings import informative
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.pipeline.studies.paradigms.claims import PEAK, verdicts
-from pitchlore.pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, FigureNumber, Sweep, sweeps
-from pitchlore.pipeline.studies.paradigms.readings import informative
 from pitchlore.pipeline.views.plots.paradigms import curves, sensitivity
 from pitchlore.pipeline.views.plots.style import png
 from pitchlore.schemas import Paradigms, Verdicts

@@ -15,13 +15,10 @@ from pitchlore.pipeline.engine.catalog import Vouched, look
 from pitchlore.pipeline.engine.outputs import refusing
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
-from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import RELEASE, Receipt
-from pitchlore.pipeline.store.work import Made
-from pitchlore.pipeline.studies.document import web_page
-from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
-from pitchlore.pipeline.studies.seasons.measures import (
+from pitchlore.pipeline.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.report.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
+from pitchlore.pipeline.report.document import web_page
+from pitchlore.pipeline.report.measures import (
     CONTROLS,
     DIFFERENCE,
     EFFECTIVE,
@@ -29,12 +26,15 @@ from pitchlore.pipeline.studies.seasons.measures import (
     OTHER_TIME,
     Pooling,
 )
-from pitchlore.pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
-from pitchlore.pipeline.studies.seasons.report import COLOURS, SeasonsReport
-from pitchlore.pipeline.studies.seasons.sensitivity import varied
-from pitchlore.pipeline.studies.seasons.settings import Season
-from pitchlore.pipeline.studies.seasons.summary import beside_table_3, curves
-from pitchlore.pipeline.studies.seasons.table3 import CHANGE
+from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred
+from pitchlore.pipeline.report.report import COLOURS, SeasonsReport
+from pitchlore.pipeline.report.sensitivity import varied
+from pitchlore.pipeline.report.summary import beside_table_3, curves
+from pitchlore.pipeline.report.table3 import CHANGE
+from pitchlore.pipeline.seasons.settings import Season
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import RELEASE, Receipt
+from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.plots import seasons as plots
 from pitchlore.pipeline.views.plots.style import png
 from pitchlore.schemas import Claims, Evaluations, Games, Growth

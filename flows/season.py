@@ -17,8 +17,8 @@ from pitchlore.pipeline.engine.games import NOUN, Turn, next_of, take
 from pitchlore.pipeline.engine.placement.crew import Crew
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport, listener
+from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season
 
 
 @stage_task(name="game")

@@ -18,8 +18,8 @@ from pitchlore.pipeline.engine.games import LEFT, NOUN, Turn, learn, next_of, pl
 from pitchlore.pipeline.engine.matches import PLAYING
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import recorded, recording
+from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season
 from pitchlore.schemas import Matches
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from scipy import stats
 from support.points import curve, over_decays, point, table
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.numbers.claims import Claim, Evidence, Range, counted, findings
 from pitchlore.pipeline.numbers.statistics import (
     UNDEFINED,
     Estimate,
@@ -22,8 +23,7 @@ from pitchlore.pipeline.numbers.statistics import (
     welch,
     wilson,
 )
-from pitchlore.pipeline.studies.claims import Claim, Evidence, Range, counted, findings
-from pitchlore.pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
+from pitchlore.pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
 from pitchlore.schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"

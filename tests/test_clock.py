@@ -17,9 +17,9 @@ from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.events.control import control
+from pitchlore.pipeline.seasons.settings import named
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import named
 from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.schemas import ROLES, Appraisals
 

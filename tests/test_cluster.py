@@ -39,9 +39,9 @@ from pitchlore.pipeline.engine.placement.places import crew_at, place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import record_match
 from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("prefect_server")]
 

@@ -19,9 +19,9 @@ from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import nothing_new, scope_of
 from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 pytestmark = pytest.mark.slow
 

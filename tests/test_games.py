@@ -23,9 +23,9 @@ from support.planning import (
 )
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
-from pitchlore.pipeline.studies.paradigms.games.game import Game
-from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
-from pitchlore.pipeline.studies.paradigms.games.matrix import (
+from pitchlore.pipeline.paradigms.games.game import Game
+from pitchlore.pipeline.paradigms.games.grid import grid_world
+from pitchlore.pipeline.paradigms.games.matrix import (
     climbing,
     fully_stochastic_climbing,
     matrix_game,

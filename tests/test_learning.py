@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.steps import ACTIONS, AGENTS, OBSERVATIONS, floats, ints, learn, learned, plays, vectors
 
-from pitchlore.pipeline.studies.paradigms.rules import rules
-from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
-from pitchlore.pipeline.studies.paradigms.rules.ivq import IVQ
-from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.studies.paradigms.rules.memory import Memory, memory_of
-from pitchlore.pipeline.studies.paradigms.rules.rules import number_of
+from pitchlore.pipeline.paradigms.rules import rules
+from pitchlore.pipeline.paradigms.rules.iq import IQ
+from pitchlore.pipeline.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.paradigms.rules.memory import Memory, memory_of
+from pitchlore.pipeline.paradigms.rules.rules import number_of
 
 PAPER = [IQ, JAQ, IVQ]
 

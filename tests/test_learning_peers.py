@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pitchlore.pipeline.studies.paradigms.rules.distributed import KEPT, Distributed
-from pitchlore.pipeline.studies.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
-from pitchlore.pipeline.studies.paradigms.rules.hysteretic import Hysteretic
-from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
-from pitchlore.pipeline.studies.paradigms.rules.lenient import TEMPERATURE, Lenient
-from pitchlore.pipeline.studies.paradigms.rules.memory import AUX, Memory, Transition, memory_of
-from pitchlore.pipeline.studies.paradigms.rules.rules import RULES, number_of
-from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection, select
-from pitchlore.pipeline.studies.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
+from pitchlore.pipeline.paradigms.rules.distributed import KEPT, Distributed
+from pitchlore.pipeline.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
+from pitchlore.pipeline.paradigms.rules.hysteretic import Hysteretic
+from pitchlore.pipeline.paradigms.rules.iq import IQ
+from pitchlore.pipeline.paradigms.rules.lenient import TEMPERATURE, Lenient
+from pitchlore.pipeline.paradigms.rules.memory import AUX, Memory, Transition, memory_of
+from pitchlore.pipeline.paradigms.rules.rules import RULES, number_of
+from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, select
+from pitchlore.pipeline.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
 NAMES = ["iq", "hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
 LEARNERS = [IQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC]

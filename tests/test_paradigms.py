@@ -14,23 +14,23 @@ from support.planning import index_of
 from support.points import point, table
 from support.training import learn
 
-from pitchlore.pipeline.studies.paradigms import curves, runner
-from pitchlore.pipeline.studies.paradigms.curves import Curve, Exploration
-from pitchlore.pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, sweeps
-from pitchlore.pipeline.studies.paradigms.games import matrix
-from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
-from pitchlore.pipeline.studies.paradigms.readings import informative
-from pitchlore.pipeline.studies.paradigms.rules.distributed import Distributed
-from pitchlore.pipeline.studies.paradigms.rules.fmq import FMQ
-from pitchlore.pipeline.studies.paradigms.rules.hysteretic import Hysteretic
-from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
-from pitchlore.pipeline.studies.paradigms.rules.ivq import IVQ
-from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.studies.paradigms.rules.lenient import Lenient
-from pitchlore.pipeline.studies.paradigms.rules.rules import RULES
-from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection
-from pitchlore.pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
-from pitchlore.pipeline.studies.paradigms.runner import Runs, Training, play, stream
+from pitchlore.pipeline.paradigms import curves, runner
+from pitchlore.pipeline.paradigms.curves import Curve, Exploration
+from pitchlore.pipeline.paradigms.experiments import OTHER_GAMES, Design, sweeps
+from pitchlore.pipeline.paradigms.games import matrix
+from pitchlore.pipeline.paradigms.games.grid import grid_world
+from pitchlore.pipeline.paradigms.readings import informative
+from pitchlore.pipeline.paradigms.rules.distributed import Distributed
+from pitchlore.pipeline.paradigms.rules.fmq import FMQ
+from pitchlore.pipeline.paradigms.rules.hysteretic import Hysteretic
+from pitchlore.pipeline.paradigms.rules.iq import IQ
+from pitchlore.pipeline.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.paradigms.rules.lenient import Lenient
+from pitchlore.pipeline.paradigms.rules.rules import RULES
+from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.paradigms.rules.wolf_phc import WoLFPHC
+from pitchlore.pipeline.paradigms.runner import Runs, Training, play, stream
 from pitchlore.schemas import Paradigms
 
 SEEDS = (7, 11)

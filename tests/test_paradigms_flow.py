@@ -11,10 +11,10 @@ import pytest
 
 from pitchlore.flows.cli import main
 from pitchlore.flows.paradigms import paradigms_flow, points_of, reports
+from pitchlore.pipeline.paradigms import experiments
+from pitchlore.pipeline.paradigms.experiments import Design
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.studies.paradigms import experiments
-from pitchlore.pipeline.studies.paradigms.experiments import Design
 from pitchlore.schemas import Paradigms, Verdicts
 
 QUICK = Design(figures=(4, 5), runs=4, quick=True)
@@ -78,7 +78,7 @@ def test_other_seed(played):
 
 def test_failing_sweep(tmp_path, prefect_server, monkeypatch):
     """A sweep that fails is reported, and the others stand."""
-    from pitchlore.pipeline.studies.paradigms import curves
+    from pitchlore.pipeline.paradigms import curves
 
     def broken(k):
         raise MemoryError("no room")

@@ -14,8 +14,8 @@ from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.games import Turn, store_of, take
 from pitchlore.pipeline.engine.teams import apprentice, entrant, learned_team
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
 
 _SHORT = "games = 1\npractice = 1\n[referee]\nduration_s = 20"
 _LOOKS = f'base = "looking"\nclock_s = 0.3\npredict_s = 0.1\n{_SHORT}'

@@ -18,13 +18,13 @@ from support.training import learn
 
 from pitchlore import pipeline
 from pitchlore.pipeline import _kernels
-from pitchlore.pipeline.studies.paradigms.games import matrix
-from pitchlore.pipeline.studies.paradigms.games.grid import grid_world
-from pitchlore.pipeline.studies.paradigms.rules.kernel import kernel, switch
-from pitchlore.pipeline.studies.paradigms.rules.rules import RULES, AnyLearner
-from pitchlore.pipeline.studies.paradigms.rules.selection import ActionSelection
-from pitchlore.pipeline.studies.paradigms.runner import Testing as Trial
-from pitchlore.pipeline.studies.paradigms.runner import Training, play, stream
+from pitchlore.pipeline.paradigms.games import matrix
+from pitchlore.pipeline.paradigms.games.grid import grid_world
+from pitchlore.pipeline.paradigms.rules.kernel import kernel, switch
+from pitchlore.pipeline.paradigms.rules.rules import RULES, AnyLearner
+from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.paradigms.runner import Testing as Trial
+from pitchlore.pipeline.paradigms.runner import Training, play, stream
 
 SEEDS = (5,)
 GAMES = {
@@ -114,7 +114,7 @@ def test_switch():
 
 def test_the_cache_follows_the_table(tmp_path):
     """Another order of RULES gives numba's cache another name: compiled numbers are never mixed up."""
-    own = Path("studies") / "paradigms" / "rules"
+    own = Path("paradigms") / "rules"
     shutil.copytree(Path(pipeline.__file__).parent / own, tmp_path / own, ignore=shutil.ignore_patterns("__pycache__"))
     before = _kernels(tmp_path)
     table = tmp_path / own / "rules.py"

@@ -9,9 +9,9 @@ from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.seasons import settings
+from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons import settings
-from pitchlore.pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from pitchlore.schemas import Games, Growth, Matches, Occasions, Policies
 
 pytestmark = pytest.mark.slow

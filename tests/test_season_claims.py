@@ -9,9 +9,9 @@ from support.seasons import ablations, apprentices, evaluation, evolving, rising
 
 from pitchlore.pipeline.arena.teams.executors.actions import LIMIT_S
 from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
-from pitchlore.pipeline.studies.seasons import table3
-from pitchlore.pipeline.studies.seasons.claims import CLAIMS, verdicts
-from pitchlore.pipeline.studies.seasons.measures import (
+from pitchlore.pipeline.report import table3
+from pitchlore.pipeline.report.claims import CLAIMS, verdicts
+from pitchlore.pipeline.report.measures import (
     OTHER,
     SeasonTables,
     greatest,
@@ -25,7 +25,7 @@ from pitchlore.pipeline.studies.seasons.measures import (
     slope,
     total,
 )
-from pitchlore.pipeline.studies.seasons.summary import (
+from pitchlore.pipeline.report.summary import (
     ablated,
     attributed,
     beside_table_3,

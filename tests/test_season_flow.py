@@ -14,9 +14,9 @@ from pitchlore.flows.cli import main
 from pitchlore.flows.season import season_flow
 from pitchlore.pipeline.base.errors import StorageFailed
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
 from pitchlore.schemas import Games, Growth
 
 pytestmark = pytest.mark.usefixtures("prefect_server")

@@ -6,13 +6,13 @@ from support.seasons import season, tables
 from test_season_tables import GAME, KICK, decisions, goals, match
 
 from pitchlore.flows.report import drawn
-from pitchlore.pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
-from pitchlore.pipeline.studies.seasons.measures import BRIEF, OTHER, OTHER_TIME
-from pitchlore.pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
-from pitchlore.pipeline.studies.seasons.sensitivity import sensitivity, variations
-from pitchlore.pipeline.studies.seasons.settings import names
-from pitchlore.pipeline.studies.seasons.summary import beside_table_3, compared
-from pitchlore.pipeline.studies.seasons.tables import game_row
+from pitchlore.pipeline.report.kickoffs import NOT_TOLD, conclusions, kick_offs
+from pitchlore.pipeline.report.measures import BRIEF, OTHER, OTHER_TIME
+from pitchlore.pipeline.report.sections import about_kick_offs, about_sensitivity
+from pitchlore.pipeline.report.sensitivity import sensitivity, variations
+from pitchlore.pipeline.report.summary import beside_table_3, compared
+from pitchlore.pipeline.seasons.settings import names
+from pitchlore.pipeline.seasons.tables import game_row
 
 STATIC, HUMAN = "static", "human-like"
 S = 1_000_000_000

@@ -23,17 +23,17 @@ from pitchlore.pipeline.arena.teams.table import TEAMS
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.evaluations import Evaluation
+from pitchlore.pipeline.report.claims import verdicts
+from pitchlore.pipeline.report.document import code, picture, table, web_page
+from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER
+from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred
+from pitchlore.pipeline.report.report import SeasonsReport, commands, evaluating
+from pitchlore.pipeline.report.summary import beside_table_3, curves
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.pipeline.studies.document import code, picture, table, web_page
-from pitchlore.pipeline.studies.evaluations import Evaluation
-from pitchlore.pipeline.studies.seasons.claims import verdicts
-from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE, OTHER
-from pitchlore.pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
-from pitchlore.pipeline.studies.seasons.report import SeasonsReport, commands, evaluating
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
-from pitchlore.pipeline.studies.seasons.summary import beside_table_3, curves
 from pitchlore.pipeline.views.plots import seasons as plots
 from pitchlore.pipeline.views.plots.style import png
 from pitchlore.schemas import Evaluations, Games, Growth, Policies

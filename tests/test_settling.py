@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pitchlore.pipeline.studies.paradigms import runner
-from pitchlore.pipeline.studies.paradigms.curves import Curve
-from pitchlore.pipeline.studies.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
-from pitchlore.pipeline.studies.paradigms.games import matrix
-from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
-from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.studies.paradigms.rules.memory import memory_of
-from pitchlore.pipeline.studies.paradigms.rules.rules import number_of
-from pitchlore.pipeline.studies.paradigms.runner import (
+from pitchlore.pipeline.paradigms import runner
+from pitchlore.pipeline.paradigms.curves import Curve
+from pitchlore.pipeline.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
+from pitchlore.pipeline.paradigms.games import matrix
+from pitchlore.pipeline.paradigms.rules.iq import IQ
+from pitchlore.pipeline.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.paradigms.rules.memory import memory_of
+from pitchlore.pipeline.paradigms.rules.rules import number_of
+from pitchlore.pipeline.paradigms.runner import (
     Training,
     dynamics_of,
     learner_of,
@@ -22,7 +22,7 @@ from pitchlore.pipeline.studies.paradigms.runner import (
     stream,
     trained,
 )
-from pitchlore.pipeline.studies.paradigms.settling import Settling, look
+from pitchlore.pipeline.paradigms.settling import Settling, look
 from pitchlore.schemas import Paradigms
 
 CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])

@@ -15,8 +15,8 @@ from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.games import done, store_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.matches.frame import AWAY
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
 from pitchlore.schemas import Games
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")

@@ -25,10 +25,10 @@ from pitchlore.pipeline.engine.matches import with_map
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.pipeline.seasons.settings import Season, named
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.studies.seasons.settings import Season, named
 from pitchlore.pipeline.views.scout.content.write import write as scouted
 from pitchlore.schemas import Behaviours
 

@@ -32,9 +32,9 @@ from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.placement.places import crew_at
 from pitchlore.pipeline.engine.progress import listener
 from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import software
-from pitchlore.pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from pitchlore.schemas import note_on
 from pitchlore.schemas.evaluations import minutes_of, word_of
 

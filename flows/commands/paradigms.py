@@ -21,11 +21,11 @@ from pitchlore.pipeline.engine.outputs import need
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.pipeline.paradigms.claims import PEAK
+from pitchlore.pipeline.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
+from pitchlore.pipeline.paradigms.measures import PRINTED, fresh_leads
+from pitchlore.pipeline.paradigms.runner import warm_up
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.paradigms.claims import PEAK
-from pitchlore.pipeline.studies.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
-from pitchlore.pipeline.studies.paradigms.measures import PRINTED, fresh_leads
-from pitchlore.pipeline.studies.paradigms.runner import warm_up
 from pitchlore.schemas import Verdicts
 
 FigureName = Literal["4", "5", "6", "7"]

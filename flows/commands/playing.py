@@ -20,8 +20,8 @@ from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import over, tables
 from pitchlore.pipeline.engine.teams import entrant, playing
+from pitchlore.pipeline.evaluations import Entrant
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.evaluations import Entrant
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (

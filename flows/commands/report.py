@@ -12,14 +12,14 @@ from pitchlore.flows.commands.printing import console, print_frame, print_json, 
 from pitchlore.flows.report import damaged, write_report
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
+from pitchlore.pipeline.report.kickoffs import kick_offs
+from pitchlore.pipeline.report.preferences import side_by_side
+from pitchlore.pipeline.report.sensitivity import sensitivity, varied
+from pitchlore.pipeline.report.summary import ablated, compared, measured, played
+from pitchlore.pipeline.report.table3 import GAMES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
-from pitchlore.pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER
-from pitchlore.pipeline.studies.seasons.kickoffs import kick_offs
-from pitchlore.pipeline.studies.seasons.preferences import side_by_side
-from pitchlore.pipeline.studies.seasons.sensitivity import sensitivity, varied
-from pitchlore.pipeline.studies.seasons.summary import ablated, compared, measured, played
-from pitchlore.pipeline.studies.seasons.table3 import GAMES
 from pitchlore.schemas import Claims, note_on
 
 

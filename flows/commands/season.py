@@ -23,8 +23,8 @@ from pitchlore.pipeline.engine.catalog import refresh_into
 from pitchlore.pipeline.engine.games import next_of
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from pitchlore.schemas import Games, note_on
 from pitchlore.schemas.seasons import OPPONENTS, PERSON, Opponent
 from pitchlore.schemas.table import SLUG

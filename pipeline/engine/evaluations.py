@@ -11,9 +11,9 @@ from pitchlore.pipeline.engine.placement.crew import Crew, Here
 from pitchlore.pipeline.engine.placement.pieces import spread
 from pitchlore.pipeline.engine.progress import listener
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.evaluations import Evaluation, Pair, play
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.pipeline.studies.evaluations import Evaluation, Pair, play
 from pitchlore.schemas import Evaluations
 
 NOUN = "evaluations"

@@ -12,11 +12,11 @@ from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.evaluations import Entrant
+from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.paths import SAFE_NAME
 from pitchlore.pipeline.store.receipts import Manifest, digest
-from pitchlore.pipeline.studies.evaluations import Entrant
-from pitchlore.pipeline.studies.seasons.settings import Season
 from pitchlore.schemas import Appraisals, Policies
 
 _SEASONS = "seasons"

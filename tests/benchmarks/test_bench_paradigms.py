@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from support.training import learn
 
-from pitchlore.pipeline.studies.paradigms.games.matrix import CLIMBING, climbing
-from pitchlore.pipeline.studies.paradigms.rules.iq import IQ
-from pitchlore.pipeline.studies.paradigms.rules.ivq import IVQ
-from pitchlore.pipeline.studies.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.studies.paradigms.runner import Testing as Trial
-from pitchlore.pipeline.studies.paradigms.runner import Training, play, stream
+from pitchlore.pipeline.paradigms.games.matrix import CLIMBING, climbing
+from pitchlore.pipeline.paradigms.rules.iq import IQ
+from pitchlore.pipeline.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.paradigms.runner import Testing as Trial
+from pitchlore.pipeline.paradigms.runner import Training, play, stream
 
 #: The paper's best decay.
 TEMPERATURES = 16 * 0.9997 ** np.arange(24_589)

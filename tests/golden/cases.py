@@ -31,8 +31,11 @@ from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.evaluations import Entrant, Evaluation
 from pitchlore.pipeline.events.derive import events
 from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.paradigms.claims import verdicts
+from pitchlore.pipeline.paradigms.experiments import Design, sweeps
 from pitchlore.pipeline.settings import (
     EventSettings,
     ModelSettings,
@@ -42,9 +45,6 @@ from pitchlore.pipeline.settings import (
 )
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt, digest
-from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.studies.paradigms.claims import verdicts
-from pitchlore.pipeline.studies.paradigms.experiments import Design, sweeps
 from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.values import models, shooting
 from pitchlore.pipeline.values.chances import FEATURES

@@ -42,10 +42,10 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.constant import Constant
 from pitchlore.pipeline.arena.teams.executors.actions import CODES
+from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, play
 from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.seasons.settings import named
 from pitchlore.pipeline.store.receipts import software
-from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
-from pitchlore.pipeline.studies.seasons.settings import named
 
 _APPRENTICE = named("best")
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.

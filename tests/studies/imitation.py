@@ -24,8 +24,8 @@ import polars as pl
 from studies.teams_apart import command
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.report.measures import DIFFERENCE
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE
 from pitchlore.schemas import Games
 
 SEEDS = range(2301, 2311)

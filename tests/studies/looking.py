@@ -54,13 +54,13 @@ from pitchlore.pipeline.engine.placement.crew import Crew
 from pitchlore.pipeline.engine.placement.places import crew_at
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import apprentice, entrant, labelled
+from pitchlore.pipeline.evaluations import Evaluation
 from pitchlore.pipeline.numbers.statistics import mean_interval, welch
 from pitchlore.pipeline.policies.appraise import appraise
+from pitchlore.pipeline.report.measures import DIFFERENCE
 from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.evaluations import Evaluation
-from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE
 from pitchlore.schemas import ROLES, Decisions, Sights, Values
 from pitchlore.schemas.decisions import BRIEF_FRAMES
 from pitchlore.schemas.sights import SIGHT

@@ -14,11 +14,11 @@ from pathlib import Path
 import polars as pl
 
 from pitchlore.flows.report import sources, tables
+from pitchlore.pipeline.report.claims import PAPER
+from pitchlore.pipeline.report.sections import about_sensitivity
+from pitchlore.pipeline.report.sensitivity import sensitivity, varied
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE
-from pitchlore.pipeline.studies.seasons.claims import PAPER
-from pitchlore.pipeline.studies.seasons.sections import about_sensitivity
-from pitchlore.pipeline.studies.seasons.sensitivity import sensitivity, varied
 from pitchlore.schemas import STAND_IN
 
 

@@ -19,8 +19,8 @@ from studies.looking import STATIC
 from studies.peers.teams import OURS
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
-from pitchlore.pipeline.studies.seasons.measures import DIFFERENCE
-from pitchlore.pipeline.studies.seasons.settings import named
+from pitchlore.pipeline.report.measures import DIFFERENCE
+from pitchlore.pipeline.seasons.settings import named
 from pitchlore.pipeline.views.plots.style import png
 
 #: The study of learners that play no seasons.

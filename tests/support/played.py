@@ -18,8 +18,8 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.matches.frame import Frames, MatchLog
+from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.studies.seasons.settings import Season, parse
 from pitchlore.schemas import ROLES, Appraisals, Behaviours, Games, Growth, Occasions, Policies, Sights
 
 #: What the learned team knows: values of behaviours in any state, the same for each role.

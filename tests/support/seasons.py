@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from pitchlore.pipeline.studies.evaluations import slug
+from pitchlore.pipeline.evaluations import slug
 from pitchlore.schemas import ROLES, Evaluations, Games, Growth
 
 

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 from hypothesis import strategies as st
 
-from pitchlore.pipeline.studies.paradigms.rules import jaq, rules
-from pitchlore.pipeline.studies.paradigms.rules.memory import Transition, memory_of
-from pitchlore.pipeline.studies.paradigms.rules.rules import number_of
+from pitchlore.pipeline.paradigms.rules import jaq, rules
+from pitchlore.pipeline.paradigms.rules.memory import Transition, memory_of
+from pitchlore.pipeline.paradigms.rules.rules import number_of
 
 AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
 

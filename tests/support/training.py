@@ -1,6 +1,6 @@
 """What a team knows after training."""
 
-from pitchlore.pipeline.studies.paradigms.runner import dynamics_of, learner_of, stream, trained
+from pitchlore.pipeline.paradigms.runner import dynamics_of, learner_of, stream, trained
 
 
 def learn(game, settings, training, *, run, seeds):

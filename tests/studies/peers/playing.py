@@ -14,8 +14,8 @@ from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pitchlore.pipeline.arena.match.environment import Side
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
+from pitchlore.pipeline.evaluations import match_seed
 from pitchlore.pipeline.store.receipts import digest
-from pitchlore.pipeline.studies.evaluations import match_seed
 from pitchlore.schemas import SIDES
 
 #: Matches after which a learner's network is kept and measured.

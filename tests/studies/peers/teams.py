@@ -19,10 +19,10 @@ from pitchlore.pipeline.arena.teams.appraising import appraiser_of
 from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.engine.evaluations import evaluate, stored
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
+from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair
+from pitchlore.pipeline.seasons.settings import named
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import digest
-from pitchlore.pipeline.studies.evaluations import Entrant, Evaluation, Pair
-from pitchlore.pipeline.studies.seasons.settings import named
 
 #: Matches of a game of our apprentices' seasons, and of a season.
 GAME = named(HELD.season).matches_a_game

@@ -1,0 +1,1 @@
+"""The report on seasons: measures, claims with verdicts, tables, and one page."""

@@ -1,1 +1,0 @@
-"""Studies: seasons, paradigms, evaluations, and the verdicts on their claims."""
