@@ -8,8 +8,9 @@ from itertools import chain, groupby
 from pydantic import BaseModel
 
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound
+from pitchlore.pipeline.engine.inputs import Seen, StoreInputs
 from pitchlore.pipeline.engine.outputs import digests, need, refusing
-from pitchlore.pipeline.engine.stage import Inputs, Output, Per, Scope, Seen, Stage
+from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
@@ -83,14 +84,14 @@ class Chain(Mapping[str, Stage]):
     def work(
         self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope,
         seen: Seen | None = None,
-    ) -> tuple[Work, Inputs]:
-        """An output as a piece of work, and what it is made from; ``seen`` as for :class:`Inputs`.
+    ) -> tuple[Work, StoreInputs]:
+        """An output as a piece of work, and what it is made from; ``seen`` as for :class:`StoreInputs`.
 
         Raises:
             NotFound: if one of its inputs has not been made.
         """
         receipts = self.sources(store, stage, output, settings, scope)
-        return stage.work(output.name, settings, digests(receipts)), Inputs(store, receipts, seen=seen)
+        return stage.work(output.name, settings, digests(receipts)), StoreInputs(store, receipts, seen=seen)
 
     def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
         """Whether the store has an output that was made from the same inputs with the same settings."""
@@ -111,7 +112,7 @@ class Chain(Mapping[str, Stage]):
             output: to make.
             settings: of the stage.
             scope: its matches.
-            seen: as for :class:`Inputs`.
+            seen: as for :class:`StoreInputs`.
 
         Raises:
             Exception: as :func:`refusing`.
@@ -123,7 +124,7 @@ class Chain(Mapping[str, Stage]):
             assert stage.compute is not None
             before = _files(store, work)
             made = stage.compute(inputs, settings)
-            receipt = store.commit(work, made, chain.from_iterable(inputs.values()))
+            receipt = store.commit(work, made, chain.from_iterable(inputs.receipts.values()))
             if seen is not None:
                 seen |= {receipt.files[schema.NAME].sha256: frame.rechunk() for frame, schema in made.tables}
             return receipt.files != before

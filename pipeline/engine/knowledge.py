@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.outputs import digests, need
-from pitchlore.pipeline.engine.stage import Inputs, Plan, Scope, Stage
+from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.sides.teams import Record, Team, imitated, teams
@@ -74,7 +75,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
         occasions,
     )
 
-    (before,) = inputs.get(_PARENT) or (None,)
+    before = next(iter(inputs[_PARENT]), None)
     version = inputs.version
     sides = pl.concat(inputs.batches("sides", Sides))
     choosing = {match: told["choosing"] for match, told in inputs.details("decisions")["matches"].items()}
@@ -102,7 +103,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     )
 
 
-def _added_up(before: Receipt | None, records: dict[Team, Record]) -> dict[Team, Record]:
+def _added_up(before: Held | None, records: dict[Team, Record]) -> dict[Team, Record]:
     """The records of teams, with those of the version before."""
     total = dict(records)
     for row in before.details.get("teams", ()) if before is not None else ():
@@ -112,13 +113,13 @@ def _added_up(before: Receipt | None, records: dict[Team, Record]) -> dict[Team,
     return dict(sorted(total.items()))
 
 
-def imitates(knowledge: Receipt) -> Team | None:
+def imitates(knowledge: Held) -> Team | None:
     """The team that policies of a version imitate; None without any, or before teams were told apart."""
     found = knowledge.details.get("imitates")
     return None if found is None else Team(**found)
 
 
-def of_imitated(knowledge: Receipt, rows: pl.DataFrame) -> pl.DataFrame:
+def of_imitated(knowledge: Held, rows: pl.DataFrame) -> pl.DataFrame:
     """Rows with columns team and kind: those of the team that policies of a version imitate, else all."""
     team = imitates(knowledge)
     return rows if team is None else rows.filter(**team._asdict())

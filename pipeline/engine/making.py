@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from pitchlore.pipeline.base.errors import in_one_line
 from pitchlore.pipeline.engine.costs import Spent, spending
-from pitchlore.pipeline.engine.stage import Output, Scope, Seen
+from pitchlore.pipeline.engine.inputs import Seen
+from pitchlore.pipeline.engine.stage import Output, Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store

@@ -5,11 +5,11 @@ from __future__ import annotations
 from hashlib import sha256
 
 from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.engine.inputs import Held
 from pitchlore.pipeline.engine.outputs import need
 from pitchlore.pipeline.engine.stage import Output, Scope
 from pitchlore.pipeline.settings import ModelSettings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Receipt
 
 
 def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) -> tuple[str, ...]:
@@ -34,7 +34,7 @@ def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) 
     return tuple(sorted(match for matches in chosen for match in matches))
 
 
-def kind_of(match: Receipt) -> str:
+def kind_of(match: Held) -> str:
     """The league of a match."""
     return str(match.details["pitch"]["kind"])
 

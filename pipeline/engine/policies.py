@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.knowledge import (
     imitates,
     label_of,
@@ -20,7 +21,7 @@ from pitchlore.pipeline.engine.knowledge import (
     sha256_of,
 )
 from pitchlore.pipeline.engine.outputs import digests, need
-from pitchlore.pipeline.engine.stage import Inputs, Plan, Scope, Stage
+from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.sides.teams import Team, sides_of
 from pitchlore.pipeline.store import Store
@@ -99,7 +100,7 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
         seen = actions(seen, TABLE_1, settings.appraisals)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
     policy, report = train(
-        [ordered], seen, inputs.table("parent", Policies) if "parent" in inputs else None,
+        [ordered], seen, inputs.table("parent", Policies) if inputs["parent"] else None,
         settings, inputs.version, knowledge.version,
     )
     appraisals = Appraisals.empty()
@@ -137,7 +138,7 @@ def _plays(inputs: Inputs) -> dict[str, Any]:
     return {}
 
 
-def _choosing(decisions: Receipt, match: str) -> list[str]:
+def _choosing(decisions: Held, match: str) -> list[str]:
     """The sides of a match on which a player chose; none if the decisions are not of that match."""
     sides: list[str] = decisions.details["matches"].get(match, {}).get("choosing", [])
     return sides
@@ -145,7 +146,7 @@ def _choosing(decisions: Receipt, match: str) -> list[str]:
 
 def _returns(inputs: Inputs) -> pl.DataFrame | None:
     """The returns of the parent, None without a parent, or if it is older than this table."""
-    return next(inputs.batches("parent", Returns)) if "parent" in inputs else None
+    return next(inputs.batches("parent", Returns)) if inputs["parent"] else None
 
 
 def _parent(store: Store, knowledge: Manifest) -> Manifest | None:

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
-import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.engine.inputs import Inputs
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Table
-
-#: Tables by the SHA-256 of their files.
-Seen = dict[str, pl.DataFrame]
-
-#: Files that are read together, bytes.
-_TOGETHER = 8 << 20
 
 #: Name of the output of a group, where the group is all matches of the store.
 ALL = "all"
@@ -72,98 +65,11 @@ class Per(Enum):
     OWN = "piece of work of a flow of its own"
 
 
-class Inputs(Mapping[str, Sequence[Receipt]]):
-    """The inputs of one output, by noun; a table is read when it is asked for.
-
-    Args:
-        store: holds the inputs.
-        receipts: receipts by noun, in order. A manifest stands for a version.
-        version: number of the version that is being made, 0 if the noun has no versions.
-        seen: tables that were read before, by their SHA-256; those that are read now are added. None: each is
-            read when it is asked for, and none is kept.
-    """
-
-    def __init__(
-        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, version: int = 0,
-        seen: Seen | None = None,
-    ) -> None:
-        self._store = store
-        self._receipts = receipts
-        self._seen = seen
-        self.version = version
-
-    def __getitem__(self, noun: str) -> Sequence[Receipt]:
-        return self._receipts[noun]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._receipts)
-
-    def __len__(self) -> int:
-        return len(self._receipts)
-
-    def table(self, noun: str, schema: type[Table]) -> pl.DataFrame:
-        """The table of the only output of a noun.
-
-        Raises:
-            CorruptFile, SchemaMismatch: as for :meth:`pipeline.store.Store.read_table`.
-        """
-        (found,) = self.tables(noun, schema)
-        return found
-
-    def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
-        """The tables of all outputs of a noun, each read when its turn comes."""
-        for receipt in self[noun]:
-            sha256 = receipt.files[schema.NAME].sha256 if schema.NAME in receipt.files else None
-            if self._seen is None or sha256 is None:
-                yield self._store.read_table(receipt, schema.NAME, schema)
-                continue
-            if sha256 not in self._seen:
-                self._seen[sha256] = self._store.read_table(receipt, schema.NAME, schema)
-            yield self._seen[sha256]
-
-    def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
-        """The tables of the outputs of a noun that have one, many of them joined in each."""
-        batch, size = list[Receipt](), 0
-        for receipt in self[noun]:
-            if schema.NAME in receipt.files:
-                batch.append(receipt)
-                size += receipt.files[schema.NAME].size
-            if size > _TOGETHER:
-                yield self._store.read_tables(batch, schema.NAME, schema)
-                batch, size = [], 0
-        yield self._store.read_tables(batch, schema.NAME, schema)
-
-    def blob(self, noun: str, role: str) -> bytes | None:
-        """A file other than a table, of the only output of a noun; None if there is none."""
-        (found,) = self.blobs(noun, role)
-        return found
-
-    def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
-        """A file other than a table, of each output of a noun."""
-        for receipt in self[noun]:
-            yield self._store.read(receipt, role) if role in receipt.files else None
-
-    def details(self, noun: str) -> dict[str, Any]:
-        """Details of the only output of a noun."""
-        (receipt,) = self[noun]
-        return receipt.details
-
-    def where(self, noun: str, role: str) -> str:
-        """Path of a file of the only output of a noun, for error messages."""
-        (receipt,) = self[noun]
-        return str(self._store.root / receipt.files[role].path)
-
-    @property
-    def pitch(self) -> Pitch:
-        """The pitch of the match that the output is of."""
-        return Pitch.model_validate(self.details("matches")["pitch"])
-
-
 class Plan(NamedTuple):
     """The inputs of a version that may be made.
 
     Attributes:
-        receipts: receipts by noun, for :class:`Inputs`.
+        receipts: receipts by noun, for :class:`pipeline.engine.inputs.StoreInputs`.
         inputs: label to SHA-256, for the key.
         parent: the version that it follows or is made from, None for the first.
         standing: the version that already holds this work, None to look for it by the key.

@@ -8,14 +8,14 @@ at tables iterate this list, too.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import polars as pl
 
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine import knowledge, models, policies
 from pitchlore.pipeline.engine.chain import Chain
-from pitchlore.pipeline.engine.stage import Inputs, Per, Stage
+from pitchlore.pipeline.engine.inputs import Held, Inputs
+from pitchlore.pipeline.engine.stage import Per, Stage
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import (
     BehaviourSettings,
@@ -31,7 +31,7 @@ from pitchlore.pipeline.settings import (
     ValueSettings,
 )
 from pitchlore.pipeline.sides.teams import Team
-from pitchlore.pipeline.store.receipts import Receipt, digest
+from pitchlore.pipeline.store.receipts import digest
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import (
     SIDES,
@@ -74,18 +74,6 @@ from pitchlore.schemas import (
     Worths,
 )
 
-if TYPE_CHECKING:
-    from pitchlore.pipeline.matches.frame import MatchLog
-
-
-def _log(inputs: Inputs) -> MatchLog:
-    """The log of the match."""
-    from pitchlore.pipeline import matches  # noqa: PLC0415 (see above)
-
-    data = inputs.blob("matches", "log")
-    assert data is not None
-    return matches.read(data, where=inputs.where("matches", "log"))
-
 
 def _bodies(inputs: Inputs) -> pl.DataFrame:
     """The match's trajectories; where the log has the ball's heights, with a column z, null elsewhere."""
@@ -94,13 +82,13 @@ def _bodies(inputs: Inputs) -> pl.DataFrame:
         return table
     from pitchlore.pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
 
-    return with_heights(table, _log(inputs).heights)
+    return with_heights(table, inputs.log().heights)
 
 
 def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
     from pitchlore.pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
 
-    table, quality = trajectories(_log(inputs), settings)
+    table, quality = trajectories(inputs.log(), settings)
     return Made([(table, Trajectories), (quality, Quality)])
 
 
@@ -211,13 +199,13 @@ def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
     # a log that is known to hold no decisions is not read
     if inputs.details("matches").get("decisions") == 0 and settings.watched_s is None:
         return Made([(table, Sequences)])
-    log = _log(inputs)
+    log = inputs.log()
     logged = choices(log.decisions, goals, settings)
     seen = sights(log, inputs.table("values", Values), settings, table)
     return Made([(table, Sequences), (logged, Choices), (seen, Sights)])
 
 
-def _counting(sides: Sequence[Receipt]) -> dict[str, dict[str, Team]]:
+def _counting(sides: Sequence[Held]) -> dict[str, dict[str, Team]]:
     """The teams that the sides of matches count for, by match and side, by the receipts of their sides."""
     return {
         own.name: {side: Team(team, own.details["kind"])
@@ -246,8 +234,8 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
         inputs.table("behaviours", Patterns), pl.concat(inputs.batches("sequences", Choices)),
     )
     found, logged = digests(table), choosing(table)
-    told = {receipt.name: {"sha256": found.get(receipt.name, digest(b"")),
-                           "choosing": logged.get(receipt.name, [])} for receipt in inputs["sequences"]}
+    told = {match.name: {"sha256": found.get(match.name, digest(b"")),
+                         "choosing": logged.get(match.name, [])} for match in inputs["sequences"]}
     return Made([(table, Decisions)], details={
         "decisions": table.height, "chosen": int(table["chosen"].sum()), "matches": told})
 

@@ -6,7 +6,8 @@ import json
 
 from pydantic import BaseModel
 
-from pitchlore.pipeline.engine.stage import Inputs, Scope, Stage
+from pitchlore.pipeline.engine.inputs import StoreInputs
+from pitchlore.pipeline.engine.stage import Scope, Stage
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.store.work import Made, Work
@@ -29,7 +30,7 @@ def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple
         standing = plan.standing or store.standing(work)
         if standing is not None:
             return standing, False
-        made = stage.compute(Inputs(store, plan.receipts, version=version), settings)
+        made = stage.compute(StoreInputs(store, plan.receipts, version=version), settings)
         newest = store.latest(stage.noun)
         if newest is not None and _holds(store, newest, work, made):
             store.confirm(work, newest.version)

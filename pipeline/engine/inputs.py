@@ -1,0 +1,154 @@
+"""Inputs of a stage: a protocol. A store fulfils it, and so does a match in memory (:mod:`.memory`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import polars as pl
+
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.schemas import Table
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.matches.frame import MatchLog
+
+#: Tables by the SHA-256 of their files.
+Seen = dict[str, pl.DataFrame]
+
+#: Files that are read together, bytes.
+_TOGETHER = 8 << 20
+
+
+class Held(Protocol):
+    """An output that others are made from. A receipt is one."""
+
+    @property
+    def name(self) -> str:
+        """Its name, unique in its noun; of a match's output, the match's id."""
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """The settings that it was made with."""
+
+    @property
+    def details(self) -> Mapping[str, Any]:
+        """Counts and facts that later stages and reports need."""
+
+    @property
+    def files(self) -> Mapping[str, object]:
+        """Its tables and other files, by role; a table's role is its name."""
+
+
+class Inputs(Protocol):
+    """The inputs of one output, by noun. A table is read, or computed, when it is asked for.
+
+    The inputs of a match are those of all its nouns, each with one output.
+
+    Attributes:
+        version: number of the version that is being made, 0 if the noun has no versions.
+    """
+
+    version: int = 0
+
+    def __getitem__(self, noun: str) -> Sequence[Held]:
+        """The outputs of a noun, in order; none if the noun is no input."""
+
+    def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """The tables of all outputs of a noun, each when its turn comes.
+
+        Raises:
+            NotFound: if an output has no such table.
+            CorruptFile, SchemaMismatch: as for :meth:`pipeline.store.Store.read_table`.
+        """
+
+    def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """The tables of the outputs of a noun that have one, many of them joined in each; at least one."""
+
+    def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
+        """A file other than a table, of each output of a noun; None where there is none."""
+
+    def log(self) -> MatchLog:
+        """The log of the match."""
+
+    def table(self, noun: str, schema: type[Table]) -> pl.DataFrame:
+        """The table of the only output of a noun; errors as for :meth:`tables`."""
+        (found,) = self.tables(noun, schema)
+        return found
+
+    def blob(self, noun: str, role: str) -> bytes | None:
+        """A file other than a table, of the only output of a noun; None if there is none."""
+        (found,) = self.blobs(noun, role)
+        return found
+
+    def details(self, noun: str) -> Mapping[str, Any]:
+        """Details of the only output of a noun."""
+        (held,) = self[noun]
+        return held.details
+
+    @property
+    def pitch(self) -> Pitch:
+        """The pitch of the match that the output is of."""
+        return Pitch.model_validate(self.details("matches")["pitch"])
+
+
+class StoreInputs(Inputs):
+    """Inputs that a store holds.
+
+    Args:
+        store: holds the inputs.
+        receipts: receipts by noun, in order. A manifest stands for a version.
+        version: number of the version that is being made, 0 if the noun has no versions.
+        seen: tables that were read before, by their SHA-256; those that are read now are added. None: each is
+            read when it is asked for, and none is kept.
+    """
+
+    def __init__(
+        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, version: int = 0,
+        seen: Seen | None = None,
+    ) -> None:
+        self._store = store
+        self._seen = seen
+        self.receipts = receipts
+        self.version = version
+
+    def __getitem__(self, noun: str) -> Sequence[Receipt]:
+        return self.receipts.get(noun, ())
+
+    def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """As for the protocol."""
+        for receipt in self[noun]:
+            sha256 = receipt.files[schema.NAME].sha256 if schema.NAME in receipt.files else None
+            if self._seen is None or sha256 is None:
+                yield self._store.read_table(receipt, schema.NAME, schema)
+                continue
+            if sha256 not in self._seen:
+                self._seen[sha256] = self._store.read_table(receipt, schema.NAME, schema)
+            yield self._seen[sha256]
+
+    def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """As for the protocol."""
+        batch, size = list[Receipt](), 0
+        for receipt in self[noun]:
+            if schema.NAME in receipt.files:
+                batch.append(receipt)
+                size += receipt.files[schema.NAME].size
+            if size > _TOGETHER:
+                yield self._store.read_tables(batch, schema.NAME, schema)
+                batch, size = [], 0
+        yield self._store.read_tables(batch, schema.NAME, schema)
+
+    def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
+        """As for the protocol."""
+        for receipt in self[noun]:
+            yield self._store.read(receipt, role) if role in receipt.files else None
+
+    def log(self) -> MatchLog:
+        """As for the protocol."""
+        from pitchlore.pipeline import matches  # noqa: PLC0415 (see pipeline.engine.stages)
+
+        (receipt,) = self["matches"]
+        where = self._store.root / receipt.files["log"].path
+        return matches.read(self._store.read(receipt, "log"), where=str(where))
