@@ -59,9 +59,14 @@ lint: $(READY)  ## style, types, import contracts
 	$(BIN)/lint-imports
 
 docs: $(READY)  ## build the site into site/; a broken link is an error
-	$(BIN)/python docs/reference.py
-	$(BIN)/zensical build --clean --strict
-	rm site/reference.py
+	rm -rf .site site
+	mkdir .site
+	cp -r docs zensical.toml .site
+	rm .site/docs/reference.py
+	$(BIN)/python docs/reference.py .site/docs/reference
+	cd .site && $(abspath $(BIN))/zensical build --clean --strict
+	mv .site/site site
+	rm -r .site
 
 # Each Python has an environment of its own. All installed Pythons must write the same bytes.
 pythons:  ## run the chain under each installed Python; a file that differs is an error

@@ -1,14 +1,16 @@
 """Writes the reference from the code: every table, every settings model, every command.
 
-    python docs/reference.py
+    python docs/reference.py FOLDER
 
-``make docs`` calls it before the site is built. The pages are not committed, so they cannot be stale.
+``make docs`` calls it for a copy of ``docs/``, from which the site is built. The pages that are committed in
+``docs/reference/`` only say how to make these, so they cannot be stale.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Iterable, Iterator
 from enum import Enum
 from inspect import cleandoc
@@ -26,8 +28,6 @@ from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.seasons.settings import SeasonSettings
 from pitchlore.pipeline.settings import RunSettings
 from pitchlore.schemas import PUBLIC, Table
-
-HERE = Path(__file__).parent / "reference"
 
 #: What a user writes in TOML: the option that takes the file, and the model that it fills.
 FILES: dict[str, type[BaseModel]] = {
@@ -225,4 +225,4 @@ def write(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    write(HERE)
+    write(Path(sys.argv[1]))

@@ -92,7 +92,7 @@ class EventSettings(Frozen):
 
 
 class SituationSettings(Frozen):
-    """How situations are recognised (DECISIONS.md, "Situations").
+    """How situations are recognised (docs/decisions/situations.md).
 
     Attributes:
         fire_at: a fuzzy condition holds from this degree on.
@@ -295,7 +295,7 @@ class KnowledgeSettings(Frozen):
     """How occasions become knowledge.
 
     Attributes:
-        state_key: elements of the state that are kept (DECISIONS.md, "The paper contradicts itself").
+        state_key: elements of the state that are kept (docs/decisions/paper.md).
         backoff: further keys by which occasions are kept, each coarser than the one before, the first
             coarser than ``state_key``. A player uses them where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.

@@ -78,6 +78,6 @@ def test_the_house_still_stands(tree):
     """Import contracts hold, and the reference names the new table and its settings."""
     folder, _, environment = tree
     call(folder, environment, "-m", "pytest", "-q", "tests/test_contracts.py", "-p", "no:cacheprovider")
-    call(folder, environment, "docs/reference.py")
-    assert "top_speed" in (folder / "docs/reference/tables.md").read_text()
-    assert "### [sprints]" in (folder / "docs/reference/settings.md").read_text()
+    call(folder, environment, "docs/reference.py", "site")
+    assert "top_speed" in (folder / "site/tables.md").read_text()
+    assert "### [sprints]" in (folder / "site/settings.md").read_text()

@@ -59,7 +59,7 @@ def test_lock_has_hashes_and_no_hosts():
 
 @pytest.mark.parametrize(("name", "below"), [("fastapi", (0, 140)), ("sqlalchemy", (2, 1))])
 def test_lock_holds_what_prefect_needs(name, below):
-    """Prefect neither serves nor starts with later versions of these (DECISIONS.md)."""
+    """Prefect neither serves nor starts with later versions of these (docs/decisions/packages.md)."""
     version = re.match(r"[^=]*==(\d+)\.(\d+)", pins()[name][0])
     assert tuple(map(int, version.groups())) < below
 

@@ -576,7 +576,7 @@ def test_order_of_robots(sample):
 
 
 def test_real_robots(recording):
-    """Flags of real robots are those found by eye: outliers, a ball and a robot moved (see DECISIONS.md)."""
+    """Flags of real robots are those found by eye: outliers, a ball and a robot moved (docs/decisions/trajectories.md)."""
     path = recording("ssl-2025-robocin-tigers-345s.parquet")
     log = read(path.read_bytes(), path.name, match_id="recorded")
     table, quality = run(replace(log, referee=log.referee.clear()))  # all of it as play

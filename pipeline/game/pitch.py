@@ -49,7 +49,7 @@ class Pitch(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """Lengths and speeds that scale the fuzzy terms of a league (DECISIONS.md, "Sources of numbers").
+    """Lengths and speeds that scale the fuzzy terms of a league (docs/decisions/numbers.md).
 
     Distances are the 0.5 crossings of the Distance variable, metres.
 

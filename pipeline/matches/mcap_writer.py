@@ -32,7 +32,7 @@ from pitchlore.pipeline.numbers.arrays import I64, U8
 CHUNK_BYTES = 256 << 10
 #: Compression level of zstd. Positive levels also code the bodies' coordinates, which are nearly noise, by
 #: entropy. Files are then 4 to 6 % smaller; writing takes up to half as long again, and decompression two to
-#: three times as long (DECISIONS.md, "Chunk compression").
+#: three times as long (docs/decisions/log.md, "Chunk compression").
 LEVEL = -1
 
 # A message record: opcode, length; channel, sequence, log and publish time.

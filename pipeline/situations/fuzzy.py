@@ -1,7 +1,7 @@
 """The five fuzzy variables: scikit-fuzzy's trapezoids define every term (paper section 3.2.1, Figure 1).
 
-The figure's numbers are in no text that could be found; these are ours (DECISIONS.md, "Sources of
-numbers"). The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`). Tests
+The figure's numbers are in no text that could be found; these are ours (docs/decisions/numbers.md).
+The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`). Tests
 compare them with :func:`membership`, scikit-fuzzy's own evaluation.
 """
 

@@ -1,8 +1,8 @@
 """The rules as data: Table 1's situations, each with its initial and final condition.
 
 Codes, names and priorities are the paper's (Table 1). Conditions and times are ours, because the paper
-prints none (DECISIONS.md, "Sources of numbers" and "Situations"). :mod:`pipeline.situations.conditions`
-defines the language of the conditions.
+prints none (docs/decisions/numbers.md, docs/decisions/situations.md).
+:mod:`pipeline.situations.conditions` defines the language of the conditions.
 
 Signals
     ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.

@@ -25,7 +25,7 @@ LEAST_SHARE = 0.5
 #: ... and so is one whose robots move randomly for a larger share of the time.
 MOST_RANDOM = 2 / 3
 #: Robots' seconds in play below which nothing is told: pieces of sound recordings that are shorter show
-#: fewer than half of the usual codes now and then (DECISIONS.md, "Poor recognition is said").
+#: fewer than half of the usual codes now and then (docs/decisions/importers.md, "Poor recognition is said").
 LEAST_SECONDS = 100.0
 
 

@@ -2,7 +2,7 @@
 
 Each team sees the match turned so that its own goal is at -x. The six robots of the paper
 become six slots: own goalkeeper, midfield, striker, then the adversary's. The levels and break
-points are in DECISIONS.md, "The paper contradicts itself" and "Knowledge, learning".
+points are in docs/decisions/paper.md and docs/decisions/knowledge.md.
 """
 
 from pitchlore.pipeline.state.abstraction import BinEdges, Observation, abstract_state, elements

@@ -1,7 +1,7 @@
 """The 36 elements of Table 2 and their levels.
 
 Every element of a robot is relative to that robot's *own* team's goals. Levels count from 0; those
-that the paper does not state are ours (DECISIONS.md, "The paper contradicts itself").
+that the paper does not state are ours (docs/decisions/paper.md).
 """
 
 from __future__ import annotations

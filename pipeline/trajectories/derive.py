@@ -71,7 +71,7 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
     60 Hz and 13 s at 40 Hz with the default window.
 
     A body that jumps further than ``max_speed * dt`` plus a robot's radius is suspect; real vision and
-    its clock err by that radius (DECISIONS.md, "Trajectories"). Once the body has kept to its new place
+    its clock err by that radius (docs/decisions/trajectories.md). Once the body has kept to its new place
     for ``jump_accept_s``, it counts as put there, and for the ball a new segment begins.
 
     Args:

@@ -16,7 +16,7 @@ one compares the codes of one role, striker, midfield, goalkeeper, given the bes
 stage the better half of the codes goes on from each round to the next, until one is left. The rounds get the same
 time, but each code plays two matches at least (Karnin, Koren and Somekh 2013, Sequential Halving). Two matches are
 one pair: a minute each, one seed, sides swapped. A code counts by all pairs of its stage. All 30,000 triples cannot
-be compared in this time; DECISIONS.md ("The best constant team") says what that costs.
+be compared in this time; docs/decisions/players.md ("The best constant team") says what that costs.
 
 ``searches.csv`` has a row for each search, stage, round and code, ``final.csv`` one for each team of the final.
 """

@@ -14,8 +14,8 @@ matches with cameras that disturb, and their seasons with the late one, were add
 Apprentices of ``looking`` have watched 21 to 31 of the 31 actions in a role after the first game, and nearly all
 after the third: the two learners hardly differ. So ``together.csv`` has the ten apprentices of both.
 
-``looking-held`` holds what it tries for a second. It was chosen on development seeds (seasons 915 to 924; DECISIONS.md,
-``explore_s``), after the other two were known, and has seasons and matches of fresh seeds.
+``looking-held`` holds what it tries for a second. It was chosen on development seeds (seasons 915 to 924;
+docs/decisions/players.md, ``explore_s``), after the other two were known, and has seasons and matches of fresh seeds.
 
 Who is blind acts each time on another sight, so that it also changes its mind more often. So apprentices of
 ``looking-held`` are blind in another way, too: they see what was 30 s ago. This arm, and the matches with what each role does best

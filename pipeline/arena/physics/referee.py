@@ -205,8 +205,8 @@ def watch(bodies: F64, state: Record, limits: Record) -> int:
     A robot is where its centre is. A foul makes the referee forget all that it counted.
 
     A time limit of n frames is over when its condition held at n + 1 frames in a row. What is missing
-    (NaN) is nowhere and does not move. DECISIONS.md ("Laws of VSSReferee") lists what that program does
-    otherwise.
+    (NaN) is nowhere and does not move. docs/decisions/arena.md ("Laws of VSSReferee") lists what that program
+    does otherwise.
 
     Args:
         bodies: float64 [1 + 2 N, 6] in the pitch frame, as they are at this frame.

@@ -1,6 +1,6 @@
 """Physics of the arena: the numbers, their units and their sources.
 
-If sources disagree, a measurement beats a simulator's setting (DECISIONS.md, "The arena").
+If sources disagree, a measurement beats a simulator's setting (docs/decisions/arena.md).
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class Constant(NamedTuple):
 def best_constant() -> Constant:
     """The constant team that searches by successive halving found best against the static team.
 
-    ``make best-constant`` searches; DECISIONS.md ("The best constant team") says how.
+    ``make best-constant`` searches; docs/decisions/players.md, "The best constant team", says how.
     """
     return Constant(**_best()["codes"])
 

@@ -7,8 +7,8 @@ UnBall 2012), roles that change hands with hysteresis. View, robot and wheels ar
 :mod:`pipeline.arena.teams.steering`.
 
 The team keeps the laws of :func:`pipeline.arena.physics.referee.watch` where it can: a second robot in its
-own goal area is a penalty. :data:`RULES` are what it does for that. DECISIONS.md ("Static team under the
-laws") has what each is worth, and what was tried and left out.
+own goal area is a penalty. :data:`RULES` are what it does for that. docs/decisions/players.md ("Static team
+under the laws") has what each is worth, and what was tried and left out.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The workers of a Dask cluster: one for this command, or one that others keep.
 
 Only this package imports distributed. Workers need neither Prefect's server nor its settings: Prefect's tasks
-stay in the command's process, and wait there for the work of theirs (DECISIONS.md has what was measured).
+stay in the command's process, and wait there for the work of theirs (docs/decisions/processes.md, "Where work
+is done", has what was measured).
 """
 
 from __future__ import annotations
