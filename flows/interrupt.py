@@ -81,7 +81,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def until_stopped() -> Iterator[Callable[[], bool]]:
-    """Whether the body has to end, as a function: Ctrl-C, SIGTERM and a closed terminal do not interrupt it.
+    """Function that says if the body has to end: Ctrl-C, SIGTERM and a closed terminal do not interrupt it.
 
     Within :func:`interruptible` it has :data:`GRACE_S` to end, and a second signal ends the process at once.
     A command that `nohup` starts outlives its terminal.
@@ -107,7 +107,7 @@ def until_stopped() -> Iterator[Callable[[], bool]]:
 
 
 def _loads(frame: FrameType | None) -> bool:
-    """Whether a module is being loaded: some compiled ones abort the process when they are interrupted."""
+    """True if a module is being loaded: some compiled ones abort the process when they are interrupted."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True
@@ -139,7 +139,7 @@ def end(why: str = "Stopped", code: int = STOPPED) -> NoReturn:
     """Say what is kept and end the process and its children, without waiting for any thread; only once.
 
     Args:
-        why: what is said first.
+        why: first words of the message.
         code: exit code.
     """
     _ending.acquire()

@@ -35,9 +35,9 @@ def scheduled_run(
 
     Args:
         data: the data folder.
-        settings: of the stages.
+        settings: settings of the stages.
         train: whether to train a policy when the knowledge is new.
-        limits: what reading a recording may cost.
+        limits: bounds of the cost of reading a recording.
         on: where work is done, as for :func:`pipeline.engine.placement.places.place_of`.
         history: how much of past runs is remembered.
         scout: whether the scout's pages follow.
@@ -64,7 +64,7 @@ def scheduled_training(
 
     Args:
         data: the data folder.
-        settings: of the stages.
+        settings: settings of the stages.
         history: how much of past runs is remembered.
 
     Returns:

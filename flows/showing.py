@@ -48,8 +48,8 @@ class Showing:
     """The window, as a context manager; it opens when it is entered.
 
     Args:
-        league: whose packets are shown.
-        where: who asks, for errors.
+        league: league of the shown packets.
+        where: asker, for errors.
         say: gets a line when the window opens, and when it is closed.
 
     Raises:
@@ -132,7 +132,7 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
 
     Args:
         board: open.
-        league: whose packets come.
+        league: league of the packets.
         arrived: the sound packets that came since its last call, in order of time; it waits a little.
     """
     board.show(Snapshot("waits for packets; Esc closes this window", (None, None), (), ()))
@@ -198,7 +198,7 @@ def snapshot(glimpse: Glimpse, state: str, delay: float | None, silent: float) -
     """A glimpse as it is painted.
 
     Args:
-        glimpse: what is shown.
+        glimpse: picture to show.
         state: the referee's words.
         delay: how long ago what is shown happened at most, seconds; None where that is not known yet.
         silent: how long nothing new was seen, seconds.

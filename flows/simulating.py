@@ -43,7 +43,7 @@ class Simulated(NamedTuple):
     """A match that was simulated for others.
 
     Attributes:
-        match_id: of the match.
+        match_id: id of the match.
         score: goals of home and away.
         frames: frames that were sent.
         commands: commands to robots that came.
@@ -69,7 +69,7 @@ def simulate(
 
     Args:
         store: keeps the match.
-        recipe: of the match; its teams of kind remote are driven by others.
+        recipe: recipe of the match; its teams of kind remote are driven by others.
         policies: policies by the label that the recipe's teams name.
         streams: where vision and the referee are sent, and where commands are listened to, by name.
         interface: address of the network card by which groups are reached; None for the system's choice.

@@ -54,8 +54,8 @@ def watch(
     what was handed over stays in ``watching/``, and the next run takes it from there.
 
     Args:
-        store: whose inbox gets the recording.
-        league: whose packets are expected.
+        store: store whose inbox gets the recording.
+        league: league of the expected packets.
         streams: with the addresses to listen to.
         interface: address of the network card on which groups are joined; None for the system's choice.
         seconds: how long; None until Ctrl-C.

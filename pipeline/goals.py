@@ -33,7 +33,7 @@ class _Episodes(NamedTuple):
     end_ns: I64
 
     def meets(self, team: int, robot: int, codes: tuple[int, ...], first_ns: int, last_ns: int) -> bool:
-        """Whether a situation with one of the codes has a time in common with [first, last]."""
+        """True if a situation with one of the codes has a time in common with [first, last]."""
         same = (self.team == team) & (self.robot == robot) & np.isin(self.code, codes)
         return bool(np.any(same & (self.start_ns <= last_ns) & (self.end_ns > first_ns)))
 
@@ -72,8 +72,8 @@ def attribute(
         situations: rows of schema Situations of that match; without any, no goal is direct.
         pitch: pitch of the match.
         settings: settings of the stage.
-        origin: what tells the goals, one of ``schemas.goals.ORIGINS``; None where that is not known.
-        confidence: of goals that were found from the ball, by their time in ns as text, as a log has it.
+        origin: source of the goals, one of ``schemas.goals.ORIGINS``; None where that is not known.
+        confidence: confidence in goals found from the ball, by their time in ns as text, as a log has it.
 
     Returns:
         Rows of schema Goals by time, one a goal.
@@ -174,7 +174,7 @@ def _course(
 
 
 def _goes_in(i: int, touches: Touches, ball: BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
-    """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks."""
+    """True if the ball's straight line after touch ``i`` goes into the goal that the toucher attacks."""
     x, y, dx, dy = _course(i, touches, ball, settings)
     towards = 1 if touches.team[i] == HOME else -1
     left = towards * pitch.goal_x - x  # along x, until the goal line
@@ -186,7 +186,7 @@ def _goes_in(i: int, touches: Touches, ball: BallInPlay, pitch: Pitch, settings:
 
 
 def _comes(i: int, touches: Touches, ball: BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
-    """Whether the ball's straight line after touch ``i`` passes near the goal that the toucher attacks."""
+    """True if the ball's straight line after touch ``i`` passes near the goal that the toucher attacks."""
     x, y, dx, dy = _course(i, touches, ball, settings)
     to_x, to_y = (1 if touches.team[i] == HOME else -1) * pitch.goal_x - x, -y
     length = np.hypot(dx, dy)

@@ -136,7 +136,7 @@ class ModelSettings(Frozen):
         moments_apart_s: time between moments that models are fitted to.
         goals_at_least: with fewer goals no model is fitted; the one that is shipped gives the values.
         boosting_goals: with fewer goals only the logistic models are fitted.
-        evidence: what one moment counts for, because the moments before a goal share it.
+        evidence: weight of one moment, because the moments before a goal share it.
         penalty: standard deviation of the logistic coefficients before any match was seen, for features of
             standard deviation 1; those of shots, too.
         trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
@@ -252,9 +252,9 @@ class BehaviourSettings(Frozen):
         share_of: base of ``activation``. "groups": all groups of the round; each situation starts one,
             except the last few of a run. "situations": all situations recognised, also those that
             longer behaviours have used up.
-        select_by: what must be greater than ``value_over``: "low", the lower end of the 95 % interval of the
+        select_by: value that must exceed ``value_over``: "low", the lower end of the 95 % interval of the
             value, or "value" itself, which keeps the lucky ones.
-        value_over: that limit.
+        value_over: the limit of ``select_by``.
         shrink: whether values are shrunk towards their families.
         support_at_least: least number of times that a behaviour was seen. The paper sets no limit, but
             the value of a group that was seen once depends on the next goal alone.
@@ -338,7 +338,7 @@ class AppraisalSettings(Frozen):
         codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by
             role. "all": every one that robots can do. "shuffled": as "watched", but in each role the actions
             of the logged decisions are dealt out anew: the control of all that is learned of actions.
-        sights: what the trees are fitted to. "own": what robots saw when they decided. "drawn": in each role
+        sights: inputs of the trees. "own": what robots saw when they decided. "drawn": in each role
             these sights are dealt out anew: the control of all that is learned of sights.
         watched: whether an action that was chosen too seldom for trees is appraised by what V did while the
             imitated team was seen doing it (``grams.watched_s``), if that was often enough.

@@ -37,7 +37,7 @@ VERDICTS = ("sure", "close", "few", "alone")
 
 
 class Returns(Table):
-    """What came of one state-behaviour pair of one policy version: its returns, episode by episode.
+    """Returns of one state-behaviour pair of one policy version, episode by episode.
 
     The return of a decision is +1 for the goal that ends its episode and -1 for one against, times the policy's
     discount to the power of the seconds until then; 0 without a goal. An episode is a stretch of play of a match

@@ -84,7 +84,7 @@ class Table(dy.Schema):
 
     @classmethod
     def holds(cls, frame: pl.DataFrame) -> bool:
-        """Whether a table with these columns breaks none of the schema's rules.
+        """True if a table with these columns breaks none of the schema's rules.
 
         The answer is that of :meth:`dataframely.Schema.is_valid`, which plans all rules anew for each table:
         2 ms, several times what most tables take to check.

@@ -1,4 +1,4 @@
-"""What all tests share: Prefect that talks to nobody, and places of recordings."""
+"""Shared by all tests: Prefect that talks to nobody, and places of recordings."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def test_same_bytes(server, machine, recordings, local):
 
 
 def test_another_library(server, machine, local, recordings, tmp_path):
-    """What another program copies into a bucket, file by file, is a data folder; and back."""
+    """A copy by another program into a bucket, file by file, is a data folder; and back."""
     url = server.new()
     for key, data in local.items():
         server.put(url, key, data)
@@ -527,7 +527,7 @@ def test_forgotten_meanwhile(two, monkeypatch):
 
 
 def test_few_requests(two, server):
-    """What is made from many outputs asks for all of them at once; `prune` lists each folder once."""
+    """A stage made from many outputs asks for all of them at once; `prune` lists each folder once."""
     one, other = two
     sources = [other.commit(work("matches", f"m-{number}"), made("log")) for number in range(9)]
     one.catch_up()
@@ -617,7 +617,7 @@ def test_old_claim(two, monkeypatch):
 
 
 def lost_race(store: Store, text: str) -> None:
-    """What a maker leaves whose process ends before its manifest."""
+    """Leftovers of a maker whose process ends before its manifest."""
     with pytest.MonkeyPatch.context() as patch, store.claim("knowledge") as version:
         patch.setattr(store.mirror, "create", lambda *_, **__: (_ for _ in ()).throw(RuntimeError))
         with pytest.raises(RuntimeError):
@@ -680,7 +680,7 @@ def test_google(machine, tmp_path, monkeypatch):
 
 
 def test_slow_maker(two, monkeypatch):
-    """Who was taken for gone finds out when it commits; the version of the other is whole."""
+    """A maker that was taken for gone finds out when it commits; the version of the other is whole."""
     one, other = two
     monkeypatch.setattr(claims, "GONE_S", 0.2)
     monkeypatch.setattr(claims, "_POLL_S", 0.05)

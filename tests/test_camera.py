@@ -35,7 +35,7 @@ def camera(seed=1, robots=1, hz=HZ, **settings):
 
 
 def film(eye, match):
-    """What is seen of bodies [frames, 1 + 2 N, 6], and of which."""
+    """Observed bodies [frames, 1 + 2 N, 6], and a mask of those that are seen."""
     shots = []
     for bodies in match:
         seen, visible = eye.see(bodies)

@@ -137,7 +137,7 @@ def test_one_behaviour(episodes, verdict):
 
 
 def test_by_chance():
-    """Of behaviours that are equally good, at most 5 % of the states are called sure, although the best is chosen by
+    """Among equally good behaviours, at most 5 % of the states are called sure, although the best is chosen by
     the same returns."""
     draw, count, n = np.random.default_rng(0), 4000, 12
     values = draw.choice([-0.7, 0.0, 0.7], size=(count, 2, n))

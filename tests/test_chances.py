@@ -129,7 +129,7 @@ def test_cross_fitted():
 
 
 def test_true_probabilities():
-    """What tells goals is learned: as many are expected as come, and better than by the rate."""
+    """The features that tell goals are learned: as many are expected as come, and better than by the rate."""
     tables = league(20)
     models, report = fit(tables, 1.0)
     xg = pl.concat(judged(tables, models).values())["xg"].to_numpy()
@@ -327,7 +327,7 @@ def test_shots_have_theirs(store):
 
 
 def test_words(store):
-    """Of how many matches it is known; nothing is said of a match without shots."""
+    """The number of matches is said; nothing is said of a match without shots."""
     assert known_in(3, (mean([1.0, 2.0]), mean([1.0, 2.0]))).startswith("Expected goals are known in 2 of 3 matches.")
     assert known_in(1, (None, None)).startswith("Expected goals are known in 0 of 1 match.")
     assert rests_on(next(played(store)), Chances.empty()) == ""

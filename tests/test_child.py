@@ -1,4 +1,4 @@
-"""What the processes of a command share."""
+"""Set-up and freeing of memory that the processes of a command share."""
 
 import ctypes
 import re
@@ -28,7 +28,7 @@ print(before, freed, held())
 
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="not glibc")
 def test_memory_is_given_back():
-    """What a process has freed in pieces goes back to the system; freeing alone keeps it."""
+    """Memory that a process has freed in pieces goes back to the system; freeing alone keeps it."""
     said = subprocess.run([sys.executable, "-c", _PIECES], capture_output=True, text=True, check=True,
                           cwd=Path(__file__).parents[1])
     before, freed, now = map(float, re.findall(r"[\d.]+", said.stdout))

@@ -358,7 +358,7 @@ def grid(il_a=0.5, il_b=0.5, jaq=0.2, ivq=0.5, *, decay=0.99, path=(8, 8, 8, 6),
 
 
 def test_jaq_smallest():
-    """Whether JAQ is the smallest is judged at each decay."""
+    """The claim that JAQ is the smallest is judged at each decay."""
     points = table(grid(decay=0.99), grid(decay=0.995, jaq=0.5), grid(decay=0.9999, il_a=0.1))
     line_up = "IL-A, IL-B, JAQ, IVQ printed"
     assert judged(points, "JAQ has the smallest") == {
@@ -389,7 +389,7 @@ def test_three_trainings_show_little():
 
 
 def test_more_exploration():
-    """What more exploration changes is judged for each learner by itself."""
+    """The effect of more exploration is judged for each learner by itself."""
     told = table(grid(decay=0.99, path=(9, 9, 9, 9)),
                  grid(decay=0.9999, il_a=0.3, il_b=0.3, jaq=0.2, ivq=0.7, path=(6, 6, 6, 6)))
     for name in ("IL-A", "IL-B"):

@@ -61,7 +61,7 @@ def test_sql_output(call, finished):
 
 
 def test_large_answer(call, finished):
-    """Of a large answer the table shows the beginning, and JSON has all rows."""
+    """The table shows the beginning of a large answer, and JSON has all rows."""
     _, out, _ = call("sql", "select frame from trajectories order by frame limit 1200", "--data", finished)
     assert "the first 1,000 of 1,200 rows; --json or --csv prints all" in out
     assert 1_000 < out.count("\n") < 1_010
@@ -486,7 +486,7 @@ def test_name_of_season_settings(call, tmp_path, stem):
 
 @pytest.mark.usefixtures("prefect_server")
 def test_import_run_and_train(call, tmp_path):
-    """What was imported is run and trained on once, and again only with other settings."""
+    """An imported match is run and trained on once, and again only with other settings."""
     recording = tmp_path / "derby.csv"
     clip(0.0, 40.0).write_csv(recording)
     data = tmp_path / "data"

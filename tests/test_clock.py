@@ -75,7 +75,7 @@ def test_least_time():
 
 
 def test_over_once_is_over():
-    """What was over before its time and is begun anew ends with the time, also if its end no longer holds."""
+    """An action that was over before its time and is begun anew ends with the time, also if its end no longer holds."""
     did = Team(LEAST, ("108", 0.5)).see(FACING, 3).see(TURNED, 40).made()
     assert [frame for frame, _, _ in did] == [0, 24]  # its end holds at no frame after 2; it goes on from 24
 
@@ -86,7 +86,7 @@ def test_longer_than_the_least():
 
 
 def test_last_code_goes_on():
-    """Of several codes it is the last that goes on; the first is not begun again before the behaviour is."""
+    """The last of several codes goes on; the first is not begun again before the behaviour is."""
     team = Team(LEAST, ("108-184", 0.5)).see(FACING, 1)
     assert team.team._robots["place"][0] == 1
     team.see(FACING, 22)
@@ -197,7 +197,7 @@ def test_not_begun():
 
 
 def test_codes_left_out():
-    """Of a behaviour the codes are left out whose end holds: at its beginning, and further on."""
+    """Codes of a behaviour whose end holds are left out: at its beginning, and further on."""
     for codes, place in (("108-184", 1), ("184-108", 0), ("108-108-184-044", 2)):
         team = Team(NOT_BEGUN, (codes, 0.5)).see(FACING)
         assert team.team._robots["place"][0] == place
@@ -211,7 +211,7 @@ def test_nothing_to_begin():
 
 
 def test_explores_what_can_begin():
-    """Who explores takes each behaviour that can be begun as often, and none that cannot."""
+    """An explorer takes each behaviour that can be begun as often, and none that cannot."""
     did = [Team(NOT_BEGUN, ("108", 0.5), ("184", 0.1), ("044", 0.1), explore=1.0).see(FACING).made() for _ in range(3)]
     assert {codes for ((_, _, codes),) in did} <= {"184", "044"}
     team = Team(ClockSettings(begin_ended=False), ("108", 0.5), ("057", 0.1), ("194", 0.1), explore=1.0)
@@ -238,7 +238,7 @@ def test_ended_is_one_frame(code, begun):
 
 
 def test_no_such_robot():
-    """What is done to a robot that does not exist has ended."""
+    """An action towards a robot that does not exist has ended."""
     alone = np.zeros((3, 6))
     alone[1, 0], alone[2, 0] = -0.3, 0.3
     own = np.zeros(1, dtype=ACTION)[0]

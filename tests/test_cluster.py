@@ -195,7 +195,7 @@ def products(data: Path) -> dict[str, bytes]:
 
 
 def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:
-    """Whether the same files have the same bytes; the names of those that have not are shown."""
+    """True if the same files have the same bytes; the names of those that have not are shown."""
     assert sorted(made) == sorted(wanted)
     assert [name for name in made if made[name] != wanted[name]] == []
     return bool(made)
@@ -203,7 +203,7 @@ def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory, prefect_server) -> dict[str, bytes]:
-    """What one process makes."""
+    """Outputs that one process makes."""
     return brought(league(tmp_path_factory.mktemp("alone")), "threads:1", everything)
 
 

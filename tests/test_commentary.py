@@ -204,7 +204,7 @@ def test_goal():
 
 
 def test_unknown_goal():
-    """Of a goal that nobody is known to have made, nothing but the goal is said."""
+    """If no maker of a goal is known, nothing but the goal is said."""
     told = tell({"ball": stands(0, 0.5), **KEEPER}, events=[(3.0, "goal", None)], goals=[(3.0, None, None, None)])
     assert of_kind(told, "goal") == ["GOAL!"]
 

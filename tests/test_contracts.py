@@ -54,7 +54,7 @@ def test_stages_are_strangers(graph, rooms):
 
 
 def test_nothing_below_knows_a_stage(graph, rooms):
-    """What stages stand on imports none of them."""
+    """The modules that stages stand on import none of them."""
     upward = [
         f"{module} imports {imported}"
         for below in BELOW & rooms

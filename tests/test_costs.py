@@ -1,4 +1,4 @@
-"""What a run costs: a row a stage, measured where the pieces are done."""
+"""Costs of a run: a row a stage, measured where the pieces are done."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def test_match_with_a_whole_log(data):
 
 @pytest.mark.parametrize("noun", ["matches", *STAGES.versioned])
 def test_what_needs_a_backup(data, tmp_path, noun, capsys):
-    """What no stage can make again is named by `run`, `sql` and `verify`, and restored from a backup."""
+    """Files that no stage can make again are named by `run`, `sql` and `verify`, and restored from a backup."""
     backup = shutil.copytree(data, tmp_path / "backup")
     store, whole = Store(data), outputs(data)
     if noun == "matches":
@@ -216,7 +216,7 @@ def test_table_that_duckdb_cannot_read(data, capsys):
 
 @pytest.mark.parametrize("place", ["goals", "knowledge", "quarantine"])
 def test_folder_that_cannot_be_read(data, capsys, place):
-    """What cannot be seen is not gone: a folder that cannot be read is said by every command."""
+    """Files that cannot be seen are not gone: a folder that cannot be read is said by every command."""
     shutil.rmtree(data / place, ignore_errors=True)
     (data / place).write_text("no folder")
     for words in (["sql", "select count(*) from goals"], ["run"], ["verify"]):
@@ -272,7 +272,7 @@ def test_pipe_in_a_backup(data, tmp_path, capsys):
 
 
 def test_half_a_file_of_a_version(data, capsys):
-    """What a kill leaves in a version's folder is swept by the next run, and is no damage."""
+    """Leftovers of a kill in a version's folder are swept by the next run, and are no damage."""
     left = data / "knowledge" / "v0001" / ".manifest.json.4194305-00000000.tmp"
     left.write_bytes(b"half")
     assert called(capsys, "verify", "--data", data)[0] == 0

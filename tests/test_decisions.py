@@ -136,7 +136,7 @@ def test_nothing_seen():
 
 
 class TestComplete:
-    """What a team logged takes the place of what it was seen to do."""
+    """Logged decisions of a team take the place of those seen."""
 
     @staticmethod
     def logged(*rows):
@@ -148,7 +148,7 @@ class TestComplete:
         ))
 
     def test_logged_team(self):
-        """Of a team that logged its decisions nothing but the log is read."""
+        """If a team logged its decisions, nothing but the log is read."""
         table = situations(consecutive([46, 46]), consecutive([46], team="away", role="s", start=0.5))
         events = referee((2.5, "goal", "home"))
         shown = seen(table, tracks(s0=(0, 2), s1=(3, 9)), events)
@@ -169,7 +169,7 @@ class TestComplete:
         assert found["value"].to_list() == pytest.approx([-(0.5**2), 0.5**2.5, 0.5**0.5, 0.0], abs=1e-8)
 
     def test_no_log(self):
-        """Of teams that logged nothing, decisions are what was seen."""
+        """If a team logged nothing, its decisions are those seen."""
         shown = seen(situations(consecutive([46])), tracks(), referee())
         assert complete(shown, choices(Decisions.empty(), goals_of(referee()), GRAMS)).equals(shown)
 

@@ -35,7 +35,7 @@ def reference():
 
 
 def section(page: str, heading: str) -> str:
-    """What stands under a heading, up to the next of its level or above."""
+    """Text under a heading, up to the next of its level or above."""
     level = heading.split(maxsplit=1)[0]
     lines = page.splitlines()
     start = next(i for i, line in enumerate(lines) if line == heading or line.startswith(f"{heading} {{"))

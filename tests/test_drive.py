@@ -262,7 +262,7 @@ class Simulator:
             self.came.append((time.monotonic(), asked(data)))
 
     def still(self) -> list[bool]:
-        """Of each packet whether all wheels stand."""
+        """True for each packet in which all wheels stand."""
         return [all(one.left == one.right == 0 for one in commands) for _, commands in self.came]
 
 
@@ -358,7 +358,7 @@ def test_stops_when_it_is_ended(tmp_path: Path, number: int) -> None:
 
 
 def test_outlives_its_terminal(tmp_path: Path) -> None:
-    """What `nohup` starts does not end when the terminal is closed, but does at SIGTERM."""
+    """A command under `nohup` does not end when the terminal is closed, but does at SIGTERM."""
     streams = (word for stream in ("vision", "referee") for word in ("--at", f"{stream}=127.0.0.1:0"))
     with subprocess.Popen(
         ["nohup", Path(sys.executable).with_name("pitchlore"), "watch", "vsss", *streams, "--data", tmp_path],
@@ -401,7 +401,7 @@ def test_score_at_which_we_came(tmp_path: Path) -> None:
 
 
 def test_ended_before_the_first_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What ends between the first vision and the first frame leaves no log, and says so."""
+    """A recording that ends between the first vision and the first frame leaves no log, and says so."""
     monkeypatch.setattr(Driver, "run", lambda *_: None)
     done, simulator = driven(tmp_path, [])
     assert (done.file, done.vision) == (None, True)
@@ -478,7 +478,7 @@ def test_served(tmp_path: Path) -> None:
 
 
 def test_served_again(tmp_path: Path, call: Callable[..., tuple[int, str, str]]) -> None:
-    """What others do is in no recipe: a second match of the same teams is another one, with the next seed."""
+    """A recipe holds no other program's play: a second match of the same teams has the next seed."""
     found = []
     for _ in range(2):
         code, out, err = call(

@@ -1,4 +1,4 @@
-"""What an edit of the code costs: nothing that it does not change."""
+"""Cost of an edit of the code: only what it changes is made again."""
 
 from __future__ import annotations
 

@@ -289,7 +289,7 @@ class TestObservations:
         assert got in one.observation_space(agent)
 
     def test_sights(self):
-        """Those of teams that look, scaled by hand in the second half; each role is there once a team."""
+        """Observations of teams that look, scaled by hand in the second half; each role is there once a team."""
         one = parallel_env(settings=SHORT, observations="sights")
         one.reset(seed=3)
         for frame in range(250):
@@ -312,7 +312,7 @@ class TestObservations:
             assert {row[len(SIGHT):].sum() for row in rows} == {1.0}
 
     def test_sights_of_a_robot_without_teammates(self):
-        """What is not known is 0."""
+        """An unknown number is 0."""
         one = env(robots=1, observations="sights", settings=SHORT)
         seen, _ = one.reset(seed=3)
         assert seen.shape == (33,)

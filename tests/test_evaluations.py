@@ -166,7 +166,7 @@ def test_names_of_settings():
 
 
 def test_processes(tmp_path):
-    """What is played does not depend on the number of processes."""
+    """The matches played do not depend on the number of processes."""
     alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {})
     assert made == 2
     with Processes(2) as crew:

@@ -1,4 +1,4 @@
-"""Who has the ball, passes, shots and pressure: worked examples, what holds on recordings, and a server's word."""
+"""Possession, passes, shots and pressure: worked examples, what holds on recordings, and a server's word."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def test_shot():
     ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0.3)], {}, "missed"),
 ])
 def test_outcome(ball, robots, outcome):
-    """What came of a shot is what happened next."""
+    """The outcome of a shot is what happened next."""
     assert shot(ball, SHOOTER | robots, SCORED[:1])["outcome"].to_list()[:1] == [outcome]
 
 
@@ -169,7 +169,7 @@ def test_pushed_past():
 
 
 def test_one_shot_a_goal():
-    """Of shots off adversaries the last is the goal's; a slow one that is aimed at the goal is one, too."""
+    """The last of the shots off adversaries is the goal's; a slow one that is aimed at the goal is one, too."""
     push = [*SHOT[:2], (1.3, 0.015, 0), (2.3, 0.815, 0), (4, 0.815, 0)]
     robots = SHOOTER | {(AWAY, 1): (0.0075, 0.0772)}
     scored = [SCORED[0], (2.2, "goal", "home")]

@@ -191,7 +191,7 @@ class TestExecutors:
 
 
 def scored(bodies, code, frames=120):
-    """Whose goal the ball is in after the robot of row 1 did something: +1 the adversary's, -1 the own, 0 none."""
+    """Goal that the ball is in after the robot of row 1 did something: +1 the adversary's, -1 the own, 0 none."""
     speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros(1, dtype=ACTION)[0]
     executors.start(code, 1, bodies, np.zeros(6, dtype=np.int64), M, splitmix(), memory)
     over = False

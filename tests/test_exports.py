@@ -59,7 +59,7 @@ def same_places(one: MatchLog, two: MatchLog, atol: float = 0.0) -> None:
 
 @pytest.mark.parametrize("form", ["csv", "parquet"])
 def test_a_table_comes_back(form: str) -> None:
-    """What is exported as a table is imported as the same match: places, headings, goals, score, sides."""
+    """A match exported as a table is imported as the same match: places, headings, goals, score, sides."""
     match = content().log
     home = TrackingMap.model_validate({
         "teams": {"home": match.info.home, "away": match.info.away},

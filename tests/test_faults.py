@@ -1,4 +1,4 @@
-"""What goes wrong outside is said in one line, and soon: disks, homes, databases and servers.
+"""Faults outside are said in one line, and soon: disks, homes, databases and servers.
 
 The same command works when the cause is gone.
 """
@@ -65,7 +65,7 @@ def derby(tmp_path: Path) -> Path:
 
 
 def lines(err: str) -> list[str]:
-    """What a command said, without its progress bars."""
+    """Output of a command, without its progress bars."""
     return [line for line in err.splitlines() if "━" not in line and line.strip()]
 
 
@@ -291,7 +291,7 @@ pitchlore.flows.imports.import_recording = wait
 def meanwhile(
     recording: Path, does: str, seconds: float, then: str = "", within_s: float = 15, **variables: str
 ) -> tuple[str, int]:
-    """What an import says last whose server fails meanwhile, and the number of its server's process."""
+    """Last line of an import whose server fails meanwhile, and the number of its server's process."""
     here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
     script = MEANWHILE.format(does=does, seconds=seconds, then=then)
     words = pitchlore("import", recording, "--data", recording.parent / "data", before=script)
@@ -344,7 +344,7 @@ def test_version_that_cannot_be_made(finished, tmp_path, monkeypatch):
 
 
 def test_waiting_is_said(tmp_path, monkeypatch, caplog):
-    """Who waits long for another command's lock says so, and goes on when it is free."""
+    """A command that waits long for another's lock says so, and goes on when it is free."""
     monkeypatch.setattr(locks, "PATIENCE_S", 0.05)
     monkeypatch.setattr(logging.getLogger("pitchlore"), "propagate", True)
     store, done = Store(tmp_path), []

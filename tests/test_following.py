@@ -42,7 +42,7 @@ def batches(packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> Iterator[li
 
 
 def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> tuple[list[Glimpse], pl.DataFrame]:
-    """What is shown, and the situations that are settled, by times since the first packet."""
+    """Snapshots shown, and the situations that are settled, by times since the first packet."""
     settled: list[pl.DataFrame] = []
     follower = Follower(league, settled=settled.append)
     moments = []
@@ -75,7 +75,7 @@ def test_as_recorded() -> None:
 
 
 def test_at_most_a_tenth_of_a_second_ago() -> None:
-    """What is shown is less than 70 ms older than the newest packet: half the window of velocities, and a sample."""
+    """The picture is less than 70 ms older than the newest packet: half the window of velocities, and a sample."""
     follower = Follower("vsss")
     shown = []
     for batch in batches(vsss_packets(4.0)):

@@ -60,7 +60,7 @@ def literal_equilibria(table):
 
 @st.composite
 def tables(draw):
-    """What each of one to three agents receives, [A] * N + [N], with many ties."""
+    """Rewards of one to three agents, [A] * N + [N], with many ties."""
     agents = draw(st.integers(1, 3))
     shape = (draw(st.integers(1, 3)),) * agents + (agents,)
     rewards = draw(st.lists(st.integers(-3, 3), min_size=math.prod(shape), max_size=math.prod(shape)))
@@ -131,7 +131,7 @@ class TestMatrixGames:
             assert (game.rewards[..., 0] == game.rewards[..., 1]).all()
 
     def test_total_rewards(self):
-        """What the paper says of total rewards in climbing is true of the first agent only."""
+        """The paper's total rewards in climbing are true of the first agent only."""
         # "action a2 has the maximum total reward for agent A and action b1 for agent B" (section 5).
         # Rows (a): 11-30+0 = -19, -30+7+6 = -17, 0+0+5 = 5. Columns (b): 11-30+0 = -19, -30+7+0 = -23,
         # 0+6+5 = 11. So a2 has the greatest total and so has b2; b1 has the smallest of B's.
@@ -411,7 +411,7 @@ def small_games(draw):
 
 
 def worth(game, policy, discount):
-    """What a policy is worth to each agent, [N, S], by solving Bellman's linear equations."""
+    """Value of a policy to each agent, [N, S], by solving Bellman's linear equations."""
     rows = np.arange(game.states)
     goes = np.zeros((game.states, game.states))
     goes[rows, game.following[rows, policy]] = ~game.ends[rows, policy]

@@ -126,7 +126,7 @@ def test_ball_put_elsewhere():
 
 
 def test_nearest_of_two():
-    """Of two robots that touch the ball at once, the goal is the nearest one's."""
+    """If two robots touch the ball at once, the goal is the nearest one's."""
     log = shot(others={(HOME, 5): (-0.065, 0.0)})
     assert verdict(log) == (1, "indirect")
     log = shot(others={(HOME, 5): (-0.05, 0.0)})

@@ -1,4 +1,4 @@
-"""What the chain makes of known matches, to the last digit; `make golden` makes them anew."""
+"""Outputs of the chain for known matches, to the last digit; `make golden` makes them anew."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ ADDS_UP = KnowledgeSettings(accumulate=True, backoff=("self9", "role0"), own="ch
 
 
 def chosen_by_home() -> pl.DataFrame:
-    """What the home team of the played match logged: robot 1 decides every five seconds."""
+    """Log of the home team of the played match: robot 1 decides every five seconds."""
     rows = [
         (PLAYED, "home", 1, "striker", k * 5 * S, (k + 1) * 5 * S, (k * 7**17) % int(LEVELS.prod()),
          (None, "striker-001-011", "striker-099-099-099")[k % 3], True, k % 3 == 0, 0.0, 0, None, 0.0)

@@ -82,7 +82,7 @@ def test_log_not_written(tmp_path, monkeypatch):
 
 
 def test_many_failures(tmp_path):
-    """Of many failures the first are told and all are counted: an entry stays small."""
+    """The first of many failures are told and all are counted: an entry stays small."""
     store, report = Store(tmp_path), RunReport()
     report.stage("goals").failed |= {f"m{n}": "is broken." for n in range(1_000)}
     report.stage("sides").made += [f"m{n}" for n in range(100_000)]

@@ -165,7 +165,7 @@ def test_limits_are_settings(tmp_path):
 
 
 def test_bounded_records(tmp_path):
-    """What is said of a recording is bounded, whatever the recording says."""
+    """The messages about a recording are bounded, whatever the recording says."""
     store = Store(tmp_path)
     store.quarantine("matches", "m", BadRecording("x" * 1_000_000, where="y" * 1_000_000))
     (record,) = store.quarantined()

@@ -350,7 +350,7 @@ def test_one_recording_under_two_names(tmp_path: Path) -> None:
 
 
 def test_same_id_other_match(tmp_path: Path) -> None:
-    """Of two different matches with the same id the second is refused in one line, and the first stands."""
+    """The second of two different matches with the same id is refused in one line, and the first stands."""
     store = Store(tmp_path / "data")
     receipt, _ = import_recording(store, log_called(tmp_path / "a.mcap", "derby-1", home="Lions", recording=None))
     with pytest.raises(BadRecording, match="another match is here, with the same id derby-1"):

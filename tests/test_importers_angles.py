@@ -39,7 +39,7 @@ def test_degrees_without_a_map(turn: float) -> None:
 
 
 def test_turn_rates_follow() -> None:
-    """What is turned per second has the unit of the headings."""
+    """Angular velocities have the unit of the headings, per second."""
     rows = "".join(f"{i},{i / 10},{team},1,{x},0,{9 * i + 90},90\n" for i in range(20)
                    for team, x in (("a", 0.7), ("b", -0.7)))
     match = read(f"frame,t,team,player,x,y,heading,omega\n{rows}")

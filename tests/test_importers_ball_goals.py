@@ -101,7 +101,7 @@ def test_kick_off_of_the_last_crossing() -> None:
 
 
 def test_stopped_by_the_states() -> None:
-    """What goes into a goal while the states say that play is stopped is no goal."""
+    """A ball that goes into a goal while the states say that play is stopped is no goal."""
     ball = way(*SHOT, *put(1.6, 0.0, 0.0))
     assert found(ball._replace(stopped=np.ones(len(ball.t_ns), bool))) == []
 
@@ -119,7 +119,7 @@ def positions(name: str) -> pl.DataFrame:
 
 
 def test_positions_only() -> None:
-    """Of a recording with positions only, all goals are found, each of its team; the score stays unknown."""
+    """All goals of a recording with positions only are found, each of its team; the score stays unknown."""
     told = imported(RSIM).referee.filter(pl.col("event") == "goal")
     match = read(parquet(positions(RSIM)))
     goals = match.referee.filter(pl.col("event") == "goal")

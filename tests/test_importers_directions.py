@@ -1,4 +1,4 @@
-"""Which way home attacks, told from where the bodies stand."""
+"""Direction of home's attack, found from where the bodies stand."""
 
 from __future__ import annotations
 

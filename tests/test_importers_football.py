@@ -176,7 +176,7 @@ def test_heights_of_a_log_without_any_change_nothing() -> None:
 
 
 def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What cannot be read is refused in one line that says what to give."""
+    """An unreadable file is refused in one line that says what to give."""
     with pytest.raises(NotFound, match="names no source") as unknown:
         provider_of("kloppy:opta")
     assert "kloppy:skillcorner" in str(unknown.value)
@@ -193,7 +193,7 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
 @NEEDS_KLOPPY
 @pytest.mark.parametrize("content", [b'[{"frame": 1, "data": []}, {"frame": 2}]', b'{"frame": 1}\n{"frame": 2}\n', b"<?xml version='1.0'?><a/>"])
 def test_nobody_says_whose(content: bytes) -> None:
-    """What looks like a provider's file is refused with how to say whose it is, however long its lines are."""
+    """A file that looks like a provider's is refused with how to say whose it is, however long its lines are."""
     with pytest.raises(BadRecording) as refused:
         read(open_source(content + b" " * (2 << 20), "match.json"))
     assert str(refused.value).startswith(

@@ -40,7 +40,7 @@ WIDE = """frame,t,ball_x,ball_y,x_réds1,y_réds1,th_réds1,x_réds2,y_réds2,th
 
 
 def same(one: MatchLog, two: MatchLog) -> bool:
-    """Whether two matches have the same teams, bodies and samples."""
+    """True if two matches have the same teams, bodies and samples."""
     return (one.info.home, one.info.away, robots(one)) == (two.info.home, two.info.away, robots(two)) and all(
         getattr(one.frames, part).tobytes() == getattr(two.frames, part).tobytes()
         for part in ("number", "t_ns", "ball", "offsets", "robots"))

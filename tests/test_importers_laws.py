@@ -65,7 +65,7 @@ def outcome(path: Path, data: bytes) -> MatchLog | None:
 
 
 def assert_sound(log: MatchLog) -> None:
-    """What holds for every match that was imported, damaged or not."""
+    """Laws of every match that was imported, damaged or not."""
     frames = log.frames
     assert len(frames) > 0
     assert frames.t_ns.min() == 0

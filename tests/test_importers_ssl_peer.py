@@ -157,7 +157,7 @@ def test_the_ball_is_within_the_noise(written: Written) -> None:
 
 
 def test_a_camera_that_is_later(tmp_path: Path) -> None:
-    """What a later camera sees is moved back to the sample's time, so that moving bodies are not displaced.
+    """Detections of a later camera are moved back to the sample's time, so that moving bodies are not displaced.
 
     Bodies move evenly; without the correction they would be off by speed times 3 ms, up to 1.5 cm.
     """

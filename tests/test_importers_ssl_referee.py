@@ -1,4 +1,4 @@
-"""What the game controller says, as events, names, sides and score."""
+"""Messages of the game controller, as events, names, sides and score."""
 
 from __future__ import annotations
 

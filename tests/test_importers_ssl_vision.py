@@ -159,7 +159,7 @@ def test_which_half(x: list[float], y: float, said: str | None) -> None:
 
 
 def test_two_senders_at_once() -> None:
-    """Of two programs that call their camera 0, the one with the most frames is read; the other is said."""
+    """If two programs call their camera 0, the one with the most frames is read; the other is said."""
     ours = [seen(f, yellow=[Seen(1, 0, 1)], blue=[Seen(-1, 0, 1)]) for f in range(60)]
     other = [seen(f, later=0.003, yellow=[Seen(-3, 2, 1)]) for f in range(20, 50)]
     shifted = []
@@ -248,7 +248,7 @@ def balls(*places: list[tuple[float, float]], mapping: str = "") -> MatchLog:
 
 
 def test_a_false_ball_is_not_taken_for_the_ball() -> None:
-    """What was seen beside the ball is another one, also when the ball is hidden and it is more confident."""
+    """A ball seen beside the ball is another one, also when the ball is hidden and it is more confident."""
     game = balls([(0, 0.9)], [(0.02, 0.9), (3, 0.99)], [(0.04, 0.9), (3, 0.99)], [(3, 0.99)], [(3, 0.99)], [(0.1, 0.8), (3, 0.9)])
     assert ball_x(game) == [0.0, 0.02, 0.04, None, None, 0.1]
     assert flaws(game)["skipped"] == 5

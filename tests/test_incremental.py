@@ -143,7 +143,7 @@ def test_dense_arrays(kind):
 
 
 def test_settled_is_forgotten():
-    """What is settled is given once, when its segment is over; then nothing of it is open."""
+    """Settled situations are given once, when their segment is over; then nothing of it is open."""
     table, pitch = match(RSIM)
     first = table.filter(pl.col("segment") == 0)
     recogniser = Recogniser(str(table["match_id"][0]), pitch, DEFAULT)

@@ -102,7 +102,7 @@ def literal(q, rows, where, share, rate, step_size, discount, trace_decay, sweep
         robots.setdefault((number, robot), []).append(row)
 
     def outcomes(own):
-        """What became of each known decision: row, its discounted reward and discount, the next known row."""
+        """Sequel of each known decision: row, its discounted reward and discount, the next known row."""
         known = [row for row in own if rows[row][0] != UNKNOWN]
         for i, row in enumerate(known):
             gain, gamma, following = 0.0, 1.0, known[i + 1] if i + 1 < len(known) else None

@@ -75,7 +75,7 @@ class TestAgreement:
         assert (low, high) == pytest.approx((0.45, 0.55), abs=0.01)
 
     def test_by_code(self):
-        """What both labellers say is looked for in the answers, and the answers in the labels."""
+        """Labels that both labellers give are looked for in the answers, and the answers in the labels."""
         rows = {row["code"]: row for row in agreement.by_code(LABELS, SAID, MOMENTS).iter_rows(named=True)}
         assert set(rows) == {34, 46, 118, 184, 194}
         assert (rows[46]["both"], rows[46]["kept_a"]) == (1, 0.5)
@@ -222,7 +222,7 @@ class TestData:
 
     @pytest.mark.slow
     def test_rows_are_kept(self, tmp_path):
-        """What is said about recordings that are absent is kept."""
+        """Rows about recordings that are absent are kept."""
         folder = shutil.copytree(FOLDER, tmp_path / "labels")
         study(folder, recordings(tmp_path))
         assert pl.read_csv(folder / "shares.csv").equals(pl.read_csv(FOLDER / "shares.csv"))
@@ -248,7 +248,7 @@ class TestData:
         assert all((tmp_path / name).stat().st_size > 10_000 for name in ("sheet.png", "dials.png"))
 
     def test_standing(self):
-        """Whom a labeller said to stand was looked at again."""
+        """Robots that a labeller said to stand were looked at again."""
         again = pl.concat([pl.read_csv(FOLDER / f"labels-{who}.csv", schema_overrides={"also": pl.String}) for who in "ab"])
         changed = again.filter(pl.col("first").is_not_null())
         assert (changed["first"] == 184).all()

@@ -1,4 +1,4 @@
-"""What a run says of its knowledge: why there is none, which leagues it mixes, and how it is restricted."""
+"""Words of a run on its knowledge: why there is none, which leagues it mixes, and how it is restricted."""
 
 from __future__ import annotations
 

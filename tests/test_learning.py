@@ -227,7 +227,7 @@ def test_ivq_three_agents():
 
 
 def all_values(settings, memory):
-    """What every agent's actions are worth to it in observations (0, 1, 0), [N, A]."""
+    """Worth of every agent's actions to it in observations (0, 1, 0), [N, A]."""
     seen = [0, 1, 0][: memory.q.shape[0]]
     return np.array([values(settings, memory, i, seen, ACTIONS) for i in range(memory.q.shape[0])])
 

@@ -80,7 +80,7 @@ def chances(selection, out, temperature):
 
 
 def greedy(rule, learner, memory, agent, observation=0):
-    """What the agent does at temperature 0, which must be one action."""
+    """Action of the agent at temperature 0, which must be one."""
     [done] = np.flatnonzero(chances(ActionSelection.BOLTZMANN, values(rule, learner, memory, agent, observation), 0.0))
     return int(done)
 

@@ -62,7 +62,7 @@ def pairs_of(**codes):
 
 
 def test_worked_sight():
-    """What a robot behind a resting ball sees, by hand."""
+    """Observation of a robot behind a resting ball, by hand."""
     view = view_of((0.0, 0.3, 0, 0, 0), (-0.4, 0.0, 0, 0.5, 0.1), (0.0, 0.1, 0, 0, 0), (0.3, 0.3, 0, 0, 0), (0.7, 0.3, 0, 0, 0))
     found = seen(view, 1)
     assert found["ball_distance"] == pytest.approx(0.5)
@@ -138,7 +138,7 @@ def test_team_decides_by_the_clock(played):
 
 
 def test_holds_what_it_tries():
-    """What a robot tries it holds for its time, from its first decision on, whatever becomes of its role.
+    """A robot holds a tried action for its time, from its first decision on, whatever becomes of its role.
 
     With three decisions to a try, the three of each are of one code, and other tries are of others.
     """

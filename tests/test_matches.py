@@ -646,7 +646,7 @@ def test_truncated_file(share):
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4", ""])
 def test_cut_chunk(compression):
-    """What can be unpacked of the chunk in which a file ends is kept: whole messages, in order, from its start."""
+    """The part of a file's last chunk that can be unpacked is kept: whole messages, in order, from its start."""
     rng = np.random.default_rng(1)
     log = MatchLog(INFO, frames_of([6] * 1800))  # 30 s
     log.frames.robots["x"] = rng.normal(size=len(log.frames.robots))

@@ -56,7 +56,7 @@ def matches(folder: Path) -> list[str]:
 
 
 def test_found_done(data, looked_at):
-    """What was found done is not looked at again, and the report is the same."""
+    """Outputs found done are not looked at again, and the report is the same."""
     report = nothing_new(Store(data), Settings())
     assert report is not None
     assert looked_at == set()

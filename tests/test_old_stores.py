@@ -34,7 +34,7 @@ ROWS = [  # support and mean
 
 
 def patterns() -> pl.DataFrame:
-    """What the selection finds in the next match."""
+    """Behaviours that the selection finds in the next match."""
     found = [{
         "behaviour_id": "striker-046", "role": "striker", "codes": [46], "n": 1, "support": 12, "value": 0.375,
         "spread": 0.25, "neuron": 1, "low": 0.25, "high": 0.5, "mean": 0.5, "error": 0.125, "family": 0.0,

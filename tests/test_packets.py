@@ -185,7 +185,7 @@ def test_vsss_without_a_referee() -> None:
 
 
 def test_vsss_commands_at_one_time() -> None:
-    """Of several commands between two frames none is lost; what holds is said again without an event."""
+    """None of several commands between two frames is lost; what holds is said again without an event."""
     packets = [packet for packet in vsss_packets(4.0) if packet.channel == VISION]
     for at, *fouls in ((30, vsss_messages.GAME_ON), (90, vsss_messages.KICKOFF, vsss_messages.STOP), (100, vsss_messages.STOP),
                        (150, vsss_messages.GAME_ON), (200, vsss_messages.GAME_ON)):
@@ -204,7 +204,7 @@ def test_vsss_second_half() -> None:
 
 
 def test_vsss_broken_packets_are_counted() -> None:
-    """What cannot be decoded is left out; a ball that is nowhere is absent."""
+    """Packets that cannot be decoded are left out; a ball that is nowhere is absent."""
     packets = vsss_packets(2.0)
     packets[40] = Packet(VISION, packets[40].t_ns, b"\xff\xff")
     packets[60] = Packet(REFEREE, packets[60].t_ns, b"\x08\x63")

@@ -91,7 +91,7 @@ def same(one: Runs, other: Runs):
 
 
 def literal_memory(played, game, settings):
-    """What the literal team learned, as Memory's q and occurrence (the latter None where none is kept)."""
+    """Knowledge of the literal team, as Memory's q and occurrence (the latter None where none is kept)."""
     observed = game.observed(settings.observes)
     shape = (game.agents, int(observed.max()) + 1)
     joint = game.actions**game.agents

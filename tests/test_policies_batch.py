@@ -1,4 +1,4 @@
-"""Which decisions a policy is trained on: those that its knowledge was made from, through its parents."""
+"""Decisions that a policy is trained on: those that its knowledge was made from, through its parents."""
 
 import polars as pl
 import pytest

@@ -33,7 +33,7 @@ def recipe(home=STATIC, camera=LATE, seconds=60.0, **rest):
 
 
 def errors(of):
-    """Of each frame of play, how far from their places the team is shown its bodies, metres: [T, 1 + 2 N]."""
+    """Errors of the places at which a team is shown its bodies, in each frame of play, metres: [T, 1 + 2 N]."""
     match = Match(of, controllers_of(of, {}))
     outer = match.controllers[0]
     inner = outer._player if of.home.predict_s else outer
@@ -112,7 +112,7 @@ def test_off():
 
 
 def test_sights():
-    """Of a team that predicts, a sight is what the late camera shows when the decision takes effect."""
+    """A sight of a team that predicts is what the late camera shows when the decision takes effect."""
     control = constant("constant:044")
     own = TeamSettings(kind="learned", policy="it", predict_s=0.1)
     of = recipe(own)

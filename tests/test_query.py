@@ -121,7 +121,7 @@ def folder(tmp_path_factory, request) -> Iterator[Folder]:
 
 
 def answered(folder: Folder, sql: str) -> str:
-    """What a query is refused with, nothing if it is answered."""
+    """Refusal of a query; empty if it is answered."""
     try:
         ask(folder.catalogue, sql)
     except BadQuery as refused:

@@ -1,4 +1,4 @@
-"""Whether a recording's situations are recognised: what a kind usually shows, and the flaw where it is far less."""
+"""Recognition of a recording's situations: what a kind usually shows, and the flaw where it is far less."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_every_kind_is_measured() -> None:
 
 
 def test_the_rates_are_those_of_the_sample() -> None:
-    """What the file says of VSSS is what the recogniser says of the sample now."""
+    """The file's rates of VSSS are those that the recogniser finds in the sample now."""
     rates, seconds = rates_of(situations_of(recordings.imported(recordings.RSIM)))
     assert round(seconds) == USUAL["vsss"]["robot_s"]
     assert {str(code): round(rate, 7) for code, rate in rates.items()} == USUAL["vsss"]["rates"]

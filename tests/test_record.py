@@ -146,7 +146,7 @@ def test_killed_early_or_late(tmp_path, capsys, prefect_server):
 
 
 def test_logged_at_once(tmp_path):
-    """What was logged is in the file at once.
+    """A logged message is in the file at once.
 
     The bytes that the system has are those that a killed process leaves.
     """

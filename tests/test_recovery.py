@@ -1,4 +1,4 @@
-"""What went wrong is named, mended and forgotten: nothing good is left out for ever."""
+"""Faults are named, mended and forgotten: nothing good is left out for ever."""
 
 from __future__ import annotations
 

@@ -261,7 +261,7 @@ def test_crowd_after_restart():
 
 
 def test_two_crowds():
-    """Of two crowds the older is whistled, and of equally old ones the attackers'."""
+    """The older of two crowds is whistled, and the attackers' of equally old ones."""
     for before, due in ((crowd(1, 0, 2), PENALTY), (crowd(1, 2, 0), GOAL_KICK), (crowd(1, 0, 0), GOAL_KICK)):
         state = in_play()
         calls([before], state=state)
@@ -382,7 +382,7 @@ def filmed(stretches, end=1, half=0, missing=False, pitch=VSSS):
 
 
 def end_of(stretches, laws=LAWS, end=1, half=0, **options):
-    """What the last frame of a scene calls, and the state after it; frames before it call nothing."""
+    """The call at the last frame of a scene, and the state after it; frames before it call nothing."""
     state = in_play(half, laws)
     *before, last = filmed(stretches, end, half, **options)
     assert calls(before, laws, state) == []
@@ -397,7 +397,7 @@ every_scene = pytest.mark.parametrize(("stretches", "expected"), [scene[1:] for 
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("end", [-1, 1])
 def test_scene(stretches, expected, half, end):
-    """What is called when the ball leaves a goal area or is in the goal, by who was too many, and when."""
+    """The call when the ball leaves a goal area or is in the goal, by who was too many, and when."""
     call, state = end_of(stretches, end=end, half=half)
     if expected is None:
         assert call == PLAY_ON
@@ -448,7 +448,7 @@ def test_scene_without_a_law(stretches, expected, off, blind):
 
 @pytest.mark.parametrize("over", [FOUL, GOAL, HALF], ids=["foul", "goal", "half"])
 def test_forgotten_crowd(over):
-    """What was seen before a foul, a goal or half-time is forgotten after it: the next goal counts."""
+    """Memory from before a foul, a goal or half-time is forgotten after it: the next goal counts."""
     state = in_play()
     if over == GOAL:
         calls([crowd(1, 0, 2), scene(ball=INTO)], state=state)

@@ -1,4 +1,4 @@
-"""What is released says the same everywhere: Python versions, licence, version, lock."""
+"""A release says the same everywhere: Python versions, licence, version, lock."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def match(**changed):
 
 
 def trajectories(rows):
-    """Of (t_ms, team, robot, x, y, theta[, segment[, suspect]]); frames are numbered by time."""
+    """Trajectories from (t_ms, team, robot, x, y, theta[, segment[, suspect]]); frames are numbered by time."""
     filled = [(*row, *(0, False)[len(row) - 6:]) for row in rows]
     times = sorted({row[0] for row in filled})
     table = pl.DataFrame(
@@ -50,7 +50,7 @@ def trajectories(rows):
 
 
 def situations(rows):
-    """Of (team, robot, code, name, start_ms, end_ms, strength, target)."""
+    """Situations from (team, robot, code, name, start_ms, end_ms, strength, target)."""
     return pl.DataFrame(
         [("m-1", team, robot, "striker", code, name, start * MS, end * MS, strength, target, 0)
          for team, robot, code, name, start, end, strength, target in rows],
@@ -209,7 +209,7 @@ def test_near(rows, near):
 
 
 def test_near_leaves_out():
-    """Of a body on its course samples are a quarter of a second apart; where it turns, there is one."""
+    """Samples of a body on its course are a quarter of a second apart; where it turns, there is one."""
     table = trajectories([(t, "ball", None, abs(t - 1000) / 1000, 0.0, None) for t in range(0, 2001, 50)])
     facts = decode(make(table, near=0.01))
     assert facts["time"].tolist() == [0, 250, 500, 750, 1000, 1250, 1500, 1750, 2000]

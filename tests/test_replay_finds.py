@@ -1,4 +1,4 @@
-"""What the replay page finds and lists, and how addresses and keys move it."""
+"""Search and lists of the replay page, and how addresses and keys move it."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_break_ends_a_run(replay, page):
 @pytest.mark.slow
 @pytest.mark.parametrize("wanted", ["", "x", "striker", "striker-", "44-44-44-44-44", "striker-044; drop", "constructor", "__proto__"])
 def test_nonsense_is_not_found(replay, page, wanted):
-    """What is no behaviour, no code and no kind of event is refused, and the choice stays."""
+    """A word that is no behaviour, no code and no kind of event is refused, and the choice stays."""
     page.goto(f"{replay}#paused&behaviour={wanted}")
     shown(page)
     assert page.evaluate(FIND, wanted) is None

@@ -71,7 +71,7 @@ def test_fingers(replay, browser):  # noqa: F811
 
 @pytest.mark.slow
 def test_motion(replay, browser):  # noqa: F811
-    """Who wants less motion has to begin it: the control plays by itself."""
+    """A user who wants less motion has to begin it: the control plays by itself."""
     for motion, playing in (("reduce", False), ("no-preference", True)):
         context = browser.new_context(reduced_motion=motion)
         opened = context.new_page()
@@ -86,7 +86,7 @@ def test_motion(replay, browser):  # noqa: F811
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("name", ["scout", SSL, INSPER])
 def test_for_everybody(replay, page, tmp_path, name, scheme):  # noqa: F811
-    """Of each league axe finds nothing serious, all fits a small screen, and nothing is wider than a phone."""
+    """Axe finds nothing serious in any league's page, all fits a small screen, and nothing is wider than a phone."""
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     page.goto((replay if name == "scout" else whole(name, tmp_path)) + "#t=20")
     shown(page)

@@ -149,7 +149,7 @@ class Operated:
 
     Args:
         folder: an empty folder.
-        environment: of the server, and of the commands.
+        environment: environment of the server, and of the commands.
     """
 
     def __init__(self, folder: Path, environment: dict[str, str]) -> None:

@@ -62,7 +62,7 @@ def test_cells_are_drawn():
 
 
 def test_marks_are_text():
-    """What a mark says and where it leads are text, whatever they hold."""
+    """The words and the link of a mark are text, whatever they hold."""
     drawn = on_pitch(VSSS, HOSTILE, marks=[Mark(0, 0, "mark", HOSTILE, link=f"x#{HOSTILE}")])
     assert "<script" not in drawn
 

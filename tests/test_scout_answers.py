@@ -194,7 +194,7 @@ def test_chance_is_held():
 
 
 def test_short_leads():
-    """Of less than a minute there are no rates, but the counts."""
+    """A match of less than a minute has no rates, but the counts."""
     short = _led("leads", [ByLead(LEAST_S - 1, 5.0, 10.0, 3, 4)])
     assert (short["shots"], short["lost"], short["possession"], short["n"]) == (None, None, None, {"shots": 3, "lost": 4})
     assert _led("leads", [ByLead(LEAST_S, 5.0, 10.0, 3, 4)])["shots"] == 30

@@ -27,7 +27,7 @@ def league(store):
 
 
 def lines_of(store, league):
-    """What the scripts take from the league's lines, by match."""
+    """Numbers that the scripts take from the league's lines, by match."""
     return {match.name: {"played_s": played_s(match.tables(store).trajectories)} for match in league}
 
 

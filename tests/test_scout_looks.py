@@ -236,7 +236,7 @@ def test_words_that_there_are(pages, page):
 
 @pytest.mark.slow
 def test_behaviours_fold(pages, page, tmp_path):
-    """Of many cards a few are shown; a filter looks through all, a link opens its own, and a button all."""
+    """A few of many cards are shown; a filter looks through all, a link opens its own, and a button all."""
     found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
     html = found.read_text()
     cut = html.index('<article class="card"'), html.index("</article>") + len("</article>")

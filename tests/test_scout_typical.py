@@ -1,4 +1,4 @@
-"""What is typical of a team, what followed its behaviours, and which ones its page shows."""
+"""Typical grams of a team, sequels of its behaviours, and the ones that its page shows."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ S = 10**9
 
 
 def led(*occurrences, shots=(), goals=()):
-    """What followed occurrences (start, end in s, segment) of home, in segments of 20 s; shots and goals (s, team)."""
+    """Sequels of occurrences (start, end in s, segment) of home, in segments of 20 s; shots and goals (s, team)."""
     found = pl.DataFrame([("striker-044", "home", round(a * S), round(b * S), episode) for a, b, episode in occurrences],
                          schema=["behaviour_id", "team", "t_ns", "done_ns", "episode"], orient="row")
     frames = pl.DataFrame([(t * S, t // 20) for t in range(60)], schema={"t_ns": pl.Int64, "segment": pl.Int64}, orient="row")
@@ -91,7 +91,7 @@ def test_followed():
 
 
 def test_followed_before_play_stops():
-    """What comes after the next restart did not follow; a goal that is logged with the restart did."""
+    """A goal after the next restart is no sequel; a goal that is logged with the restart is one."""
     assert led((18, 19, 0), shots=[(21, "home")], goals=[(20, "home")]) == Following(1, 0, 1, 0, 0)
     assert led((18, 19, 0), goals=[(20.5, "away")]) == Following(1, 0, 0, 0, 0)
     assert led((18, 19, 0), goals=[(19.5, "away")]) == Following(1, 0, 0, 0, 1)

@@ -205,7 +205,7 @@ def test_pitch_and_camera(tmp_path):
 
 
 def test_discarding(tmp_path):
-    """What is not needed any more can be forgotten, and the season goes on."""
+    """Matches not needed any more can be forgotten, and the season goes on."""
     loop.learn(tmp_path, season(), 1, loop.play(tmp_path, season(), 1), discard=True)
     own = loop.store_of(tmp_path, season())
     assert not list(own.receipts("matches"))
@@ -216,7 +216,7 @@ def test_discarding(tmp_path):
 
 
 def test_discarding_and_learning_from_all(tmp_path):
-    """What later games learn from is kept, however many matches that are."""
+    """Matches that later games learn from are kept, however many they are."""
     own = season(lines=["[pipeline.policies]", "last_matches = 8"])
     for game in (1, 2):
         loop.learn(tmp_path, own, game, loop.play(tmp_path, own, game), discard=True)

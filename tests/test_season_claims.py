@@ -184,7 +184,7 @@ def test_paper_claims():
 
 
 def test_by_construction():
-    """What could not be otherwise holds by construction and is no evidence."""
+    """A result that could not be otherwise holds by construction and is no evidence."""
     found = verdicts(*world(), apprentices())
     by_construction = found.filter(pl.col("verdict") == "by construction")
     assert by_construction["claim"].unique(maintain_order=True).to_list() == [

@@ -1,4 +1,4 @@
-"""What of Table 3 is kick-offs, what settings change, and times of decisions: counted by hand."""
+"""Kick-offs in Table 3, what settings change, and times of decisions: counted by hand."""
 
 import polars as pl
 import pytest

@@ -238,7 +238,7 @@ def test_evaluation_commands():
 
 
 def test_tally_of_aims():
-    """What holds by construction is said, and counts in no tally of our aims."""
+    """A claim that holds by construction is said, and counts in no tally of our aims."""
     games, growth = world()
     rows = apprentices()
     claims = verdicts(games, growth, rows)
@@ -356,7 +356,7 @@ def test_made_once(tmp_path):
 
 
 def read(store):
-    """What a report would be made of."""
+    """Games that a report would be made of."""
     return tables_in(store, sources(store))
 
 

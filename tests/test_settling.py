@@ -69,7 +69,7 @@ def test_nothing_changes_any_more():
 
 
 def settled(beliefs, step_size=0.1, **more):
-    """What becomes of a team that knows the game, after 100 steps of training: bounded, settled, steps."""
+    """State of a team that knows the game, after 100 steps of training: bounded, settled, steps."""
     settings = JAQ(step_size=step_size)
     dynamics, learner = dynamics_of(matrix.climbing(), settings), learner_of(settings, 2)
     memory = team(beliefs)

@@ -40,7 +40,7 @@ def no_screen(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet]], None]], None]) -> list[Snapshot]:
-    """What the window shows of the packets that a thread puts; Esc closes it then."""
+    """Pictures of the window for the packets that a thread puts; Esc closes it then."""
     pictures: list[Snapshot] = []
     paint = Board.show
     monkeypatch.setattr(Board, "show", lambda board, picture: (pictures.append(picture), paint(board, picture)))
@@ -67,7 +67,7 @@ def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet
 
 
 def arrived(batches: queue.Queue[list[Packet]]) -> list[Packet]:
-    """What has been put since the last call, as the window's process gets it."""
+    """Messages put since the last call, as the window's process gets them."""
     packets: list[Packet] = []
     try:
         packets += batches.get(timeout=0.1)

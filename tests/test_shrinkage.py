@@ -148,7 +148,7 @@ class TestValued:
     @pytest.mark.parametrize("shrink", [True, False])
     @pytest.mark.parametrize("seed", [1, 2])
     def test_lucky(self, seed, shrink):
-        """Of many rare grams that are worth nothing, half have a value above 0, and next to none are selected."""
+        """Half of many rare grams that are worth nothing have a value above 0, and next to none are selected."""
         rng = np.random.default_rng(seed)
         codes = [(a, b, c, d) for a in range(1, 12) for b in range(1, 12) for c in range(1, 12) for d in (1, 2)][:2000]
         grams = table(*((list(each), alone(*rng.normal(0, 0.2, rng.integers(3, 6)))) for each in codes))

@@ -21,7 +21,7 @@ def match(home="Reds", away="Blues", kind="vsss", name="a", goals=(3, 1)):
 
 
 def counted(of, **settings):
-    """Whom home and away count for."""
+    """Teams that home and away count for."""
     return sides(of, SideSettings(**settings))["counts_as"].to_list()
 
 

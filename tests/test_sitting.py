@@ -190,7 +190,7 @@ def test_practice_is_refused(call, tmp_path):
     (("--opponent", "static", "--now", 2), "only a person plays some games now and some later"),
 ])
 def test_refused(call, tmp_path, words, message):
-    """What a person cannot do is refused in one line, before anything is played."""
+    """A setting that a person cannot play by is refused in one line, before anything is played."""
     code, _, error = call("season", "--settings", "paper", *words, "--data", tmp_path)
     assert code == 1
     assert message in error

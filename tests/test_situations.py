@@ -58,7 +58,7 @@ class TestScenes:
         ("goalkeeper", 138, 150), ("midfield", 139, 151), ("striker", 140, 152),
     ])
     def test_opponent_by_its_role(self, role, approaches, leaves):
-        """Whether an opponent is approached or left, the code tells its role."""
+        """The code tells the opponent's role, whether it is approached or left."""
         roles = {"away-4": role}
         check(film({"home-1": TO, "away-4": THERE}, 1.0, roles=roles), approaches, "away-4", 0.0, 0.7)
         check(film({"home-1": FRO, "away-4": THERE}, 1.0, roles=roles), leaves, "away-4", 0.0, 0.7)
@@ -237,7 +237,7 @@ class TestMissing:
         assert_frame_equal(found_by(suspect), found_by(table.filter(pl.col("team") != "ball")))
 
     def test_unknown_heading(self):
-        """What is unknown fulfils neither a condition nor its opposite."""
+        """An unknown value fulfils neither a condition nor its opposite."""
         # without a heading the robot is neither facing the ball nor not facing it
         table = film(SCENES["is hit by the ball"][0], 0.88).with_columns(theta=pl.lit(None, pl.Float32))
         assert set(found_by(table)["code"]) == {184}

@@ -15,7 +15,7 @@ from pitchlore.pipeline.store.spool import Spool
 
 @given(st.lists(st.binary(max_size=10_000)))
 def test_there_and_back(parts):
-    """What is written in parts is read whole, also when the spool is closed."""
+    """Bytes written in parts are read whole, also when the spool is closed."""
     with Spool() as spool:
         for part in parts:
             spool.write(part)

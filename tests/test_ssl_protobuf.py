@@ -47,7 +47,7 @@ CHANNELS = channels("ssl")
 @pytest.mark.parametrize("left_us", [None, 300_000_000, -5_000_000])
 @pytest.mark.parametrize("turned", [None, False, True])
 def test_we_read_a_referee(left_us: int | None, turned: bool | None) -> None:
-    """What the game controller would send is what is heard: stage, command, time left, names, goals, sides."""
+    """Messages as the game controller sends them are decoded: stage, command, time left, names, goals, sides."""
     sent = REFEREE(packet_timestamp=1, stage=4, command=9, command_counter=17, command_timestamp=2, source_identifier="gc")
     for team, name, score in ((sent.yellow, "TIGERs", 3), (sent.blue, "RoboCIn", 12)):
         team.name, team.score, team.red_cards, team.yellow_cards = name, score, 1, 2
@@ -71,7 +71,7 @@ def test_our_encoder_of_the_referee() -> None:
 
 
 def test_we_read_a_tracker() -> None:
-    """What a tracker would send is what is seen: frame, time, the first ball, robots with their speeds."""
+    """Messages as a tracker sends them are decoded: frame, time, the first ball, robots with their speeds."""
     sent = WRAPPER(uuid="u-1", source_name="TIGERs")
     frame = sent.tracked_frame
     frame.frame_number, frame.timestamp = 42, 1_700_000_000.25

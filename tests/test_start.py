@@ -106,7 +106,7 @@ def dangling(folder):
     (ring, "cannot be used ("),
 ])
 def test_unfit_data_folder(call, tmp_path, path, said):
-    """What cannot be a data folder is refused in one line before any work, and nothing is made."""
+    """A path that cannot be a data folder is refused in one line before any work, and nothing is made."""
     data = path(tmp_path)
     before = sorted(tmp_path.rglob("*"))
     code, out, err = call("record", "--minutes", "0.01", "--data", data)

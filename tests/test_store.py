@@ -160,7 +160,7 @@ def test_damaged_file(tmp_path):
 
 
 def test_confirmed_version(tmp_path):
-    """What a version was found to hold is remembered as long as it is the newest."""
+    """The content found in a version is remembered as long as it is the newest."""
     store = Store(tmp_path)
     put_version(store, 1)
     later = Work("knowledge", "knowledge", {"robot": 1}, version=2)
@@ -360,7 +360,7 @@ def test_claim_of_killed(tmp_path):
 
 
 def test_held_number(tmp_path):
-    """Who wants a number that somebody holds waits: a number that comes to nothing is no gap."""
+    """A process that wants a number that another holds waits: a number that comes to nothing is no gap."""
     store, found = Store(tmp_path), []
     other = Thread(target=lambda: found.append(put_version(store, 1)))
     with store.claim("knowledge") as first:

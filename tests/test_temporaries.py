@@ -30,7 +30,7 @@ def left(root: Path, *names: str) -> None:
 
 
 def test_temporaries_of_other_machines(tmp_path):
-    """What a dead process of this machine left is removed; another machine's is not, whatever process has its number here."""
+    """A dead process's temporary is removed; another machine's is not, whatever process has its number here."""
     own, dead = f"{machine()}.{os.getpid()}-0a", f"{machine()}.{NOBODY}-0a"
     theirs = f"{OTHER}.{NOBODY}-0a"
     left(tmp_path, f"sides/.a.{own}.tmp", f"sides/.a.{dead}.tmp", f"sides/.a.{theirs}.tmp", f".c.{dead}.tmp.wal",
@@ -43,7 +43,7 @@ def test_temporaries_of_other_machines(tmp_path):
 
 
 def test_old_temporaries_of_other_machines(tmp_path):
-    """What another machine left is removed after a day, by the disk's clock."""
+    """Temporaries of another machine are removed after a day, by the disk's clock."""
     young, old = beside(tmp_path / "young", "tmp"), beside(tmp_path / "old", "tmp")
     for path, age in ((young, 3600), (old, 25 * 3600)):
         path = path.with_name(path.name.replace(machine(), OTHER))

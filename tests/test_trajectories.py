@@ -154,7 +154,7 @@ def test_clean_log():
 
 
 def test_duplicate_time():
-    """Of two frames with one time the first is kept, and the flaw is noted."""
+    """The first of two frames with one time is kept, and the flaw is noted."""
     x = np.array([0.0, 0.01, 0.5, 0.02])
     table, quality = run(make_log([0.0, 0.02, 0.02, 0.04], {"ball": np.stack((x, 0 * x), axis=1)}))
     assert table["x"].to_list() == pytest.approx([0.0, 0.01, 0.02])

@@ -41,7 +41,7 @@ def at(up: list[float]) -> np.ndarray:
 
 
 def test_ways_to_act(appraiser):
-    """Who looks follows what it sees; who does not does its role's part of a constant team; the blind one looks elsewhere."""
+    """A looking robot follows what it sees; another plays a constant team's part; the blind one looks elsewhere."""
     choose = Chooser(appraiser, WAYS, np.random.default_rng(1))
     roles = np.array([0, 1, 2, 2])
     sights = at([0.5, -0.5, 0.5, -0.5])
@@ -81,7 +81,7 @@ def test_what_a_second_is_worth():
 
 
 def test_each_roles_best_constant():
-    """Of constants that the lot deals out, each role's best comes first; looking has its half of the tickets, and no row."""
+    """Each role's best constant of the lot comes first; looking has its half of the tickets, and no row."""
     trial = Trial(("looks", "looks", "constant:044", "constant:021/088/001"), range(1))
     assert trial.ways == ["looks", "constant:044", "constant:021/088/001"]
     rng = np.random.default_rng(2)

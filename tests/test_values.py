@@ -146,7 +146,7 @@ class TestFeatures:
 
     @pytest.mark.parametrize("kind", list(Kind))
     def test_mirror(self, kind):
-        """What is left and right makes no difference."""
+        """Mirroring left and right makes no difference."""
         rng, pitch = np.random.default_rng(2), PITCHES[kind]
         size = np.array([pitch.goal_x, pitch.width / 2, np.pi, 1, 1])
         own, their = (Robots(*(rng.uniform(-1, 1, (5, 3, 50)) * size[:, None, None])) for _ in range(2))
@@ -218,7 +218,7 @@ class TestMoments:
         (None, [False, None, None, None], [False, None, None, None]),
     ])
     def test_scores(self, event, home, away):
-        """Who scores within a second; not known where the recording breaks off, or where nobody knows whose goal."""
+        """The scorer within a second is unknown where the recording breaks off, or where a goal's team is unknown."""
         # play is from 0 to 1.5 s, the event at 1.75 s; without one the segment's last sample ends it
         events = referee() if event is None else referee((1.75, *event))
         found = looked_at(tracks(until=1.75, spans=((0.0, 1.5),)), events, step_s=0.5, horizon_s=1.0)
@@ -325,7 +325,7 @@ class TestTrees:
 class TestModels:
     @BOTH
     def test_obvious_rule(self, settings):
-        """What tells the goal is learned, and probabilities are true."""
+        """The features that tell the goal are learned, and probabilities are true."""
         table = played(0)
         models, report = fit(table, settings)
         assert (report["matches"], report["moments"], report["kind"] in report) == (6, table.height, True)
@@ -624,7 +624,7 @@ class TestChoose:
         assert self.choose(store, ["a", "b", "c", "d"]) == ("a", "b", "c", "d")
 
     def test_at_most(self, store):
-        """Of many matches a sample is chosen that another match hardly changes."""
+        """A sample of many matches is chosen that another match hardly changes."""
         names = [f"m{i:03}" for i in range(100)]
         sample = self.choose(store, names, commit=False, matches_at_most=10)
         assert len(sample) == 10

@@ -223,7 +223,7 @@ def watched(monkeypatch):
 
 class TestPlay:
     def test_at_the_keys(self, monkeypatch, capsys, tmp_path):
-        """What a person does at the keys is in the log of the match."""
+        """A person's keys are in the log of the match."""
         switches = {60: [key(pygame.K_UP, down=False), key(pygame.K_TAB)], 61: [key(pygame.K_SPACE)]}
         script(monkeypatch, {1: [key(pygame.K_TAB)], 2: [key(pygame.K_UP)], 40: [key(pygame.K_RIGHT)],
                              50: [key(pygame.K_RIGHT, down=False)], **switches,
@@ -253,7 +253,7 @@ class TestPlay:
         assert not list((tmp_path / "playing").glob("*.mcap"))
 
     def test_at_the_pad(self, monkeypatch, capsys, tmp_path):
-        """What a person does at the pad is in the log of the match."""
+        """A person's pad is in the log of the match."""
         opened = []
 
         class Pad:

@@ -273,7 +273,7 @@ class TestEnergy:
 
 
 class TestMirror:
-    """What happens to the mirror image is the mirror image of what happens, while few touch."""
+    """The world commutes with mirroring, while few bodies touch."""
 
     def test_across_the_long_axis(self):
         one = alone(ball=(0.1, 0.02), robot=(-0.2, 0.0, 0.1, 0.6, 0, 0))
@@ -409,7 +409,7 @@ class TestSameAgain:
         assert digests == [fresh.stdout.strip()] * 2
 
     def test_placing(self):
-        """What was before placing does not matter."""
+        """The state before placing does not matter."""
         rng = np.random.default_rng(3)
         used, new = Arena(VSSS, 3), Arena(VSSS, 3)
         for wheels in random_wheels(rng, 240, 3):

@@ -64,17 +64,17 @@ def parallel_env(
     """The arena as a PettingZoo parallel environment; agents are ``home_1`` to ``away_N``.
 
     Args:
-        opponent: who plays the other side, as in :func:`env`; then only the robots of ``side`` are agents.
+        opponent: team of the other side, as in :func:`env`; then only the robots of ``side`` are agents.
             None: all robots are.
-        side: of the agents, if there is an opponent. Home kicks off first.
+        side: the agents' side, if there is an opponent. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
-        observations: what agents see.
+        observations: kind of the agents' observations.
         step_s: seconds that a step lasts.
         robots: robots of each team; None: the settings'.
         minutes: length of a match; None: the settings'.
         goal_ends: whether a goal ends the episode.
-        render_mode: what ``render`` does.
-        settings: of matches; None: those of a VSSS match of 8 minutes.
+        render_mode: effect of ``render``.
+        settings: settings of matches; None: those of a VSSS match of 8 minutes.
 
     Raises:
         BadSettings: if a value does not fit, or if the opponent is nobody.
@@ -98,15 +98,15 @@ def env(
         opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on);
             constant:044, constant:44/21/21 or best-constant for a constant team; or a learned team, see
             :func:`pipeline.engine.teams.learned_team`.
-        side: of the agent's team. Home kicks off first.
+        side: the side of the agent's team. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
-        observations: what the agent sees.
+        observations: kind of the agent's observations.
         step_s: seconds that a step lasts.
         robots: robots of each team; None: the settings'.
         minutes: length of a match; None: the settings'.
         goal_ends: whether a goal ends the episode.
-        render_mode: what ``render`` does.
-        settings: of matches; None: those of a VSSS match of 8 minutes.
+        render_mode: effect of ``render``.
+        settings: settings of matches; None: those of a VSSS match of 8 minutes.
 
     Raises:
         BadSettings: if a value does not fit, or if the opponent is none of these.
@@ -125,9 +125,9 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
     """A match whose robots are agents, see :func:`parallel_env`.
 
     Args:
-        settings: of the environment.
+        settings: settings of the environment.
         opponent: word, or a learned team; None: there is none.
-        side: of the agents, if there is an opponent.
+        side: the agents' side, if there is an opponent.
     """
 
     def __init__(
@@ -171,7 +171,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         """Begin a match; it stands at its kick-off.
 
         Args:
-            seed: of the match; None: it follows from the last one that was given, or from chance.
+            seed: seed of the match; None: it follows from the last one that was given, or from chance.
             options: not used.
 
         Returns:
@@ -192,7 +192,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         """Play a step.
 
         Args:
-            actions: of each agent, by name.
+            actions: actions of each agent, by name.
 
         Returns:
             Observations, rewards, terminations, truncations and infos by agent. When the episode is over,
@@ -258,9 +258,9 @@ class TeamEnv(gymnasium.Env[F32, Any]):
     """A match in which one agent drives a team, see :func:`env`.
 
     Args:
-        settings: of the environment.
+        settings: settings of the environment.
         opponent: word, or a learned team.
-        side: of the agent's team.
+        side: the side of the agent's team.
     """
 
     metadata = EnvSettings().metadata
@@ -288,7 +288,7 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         """Begin a match; it stands at its kick-off.
 
         Args:
-            seed: of the match; None: it follows from the last one that was given, or from chance.
+            seed: seed of the match; None: it follows from the last one that was given, or from chance.
             options: not used.
 
         Returns:

@@ -62,10 +62,10 @@ def unfit(
     """The first problem of values that are no settings, as an error of ours.
 
     Args:
-        error: of the values.
+        error: error of the values.
         where: they come from.
-        next_step: what to do.
-        model: of the settings; for a key that it does not have, the error names those that it has there.
+        next_step: cure, for the user.
+        model: model of the settings; for a key that it lacks, the error names those that it has there.
     """
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"]) or "it"

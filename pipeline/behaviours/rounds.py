@@ -53,7 +53,7 @@ def learn(
     Args:
         sequences: as for :class:`pipeline.sequences.league.League`.
         sides: as for it.
-        settings: of the rounds.
+        settings: settings of the rounds.
     """
     chunks = League(sequences, sides, _COLUMNS)
     recognised = np.zeros(len(chunks.teams), dtype=np.int64)

@@ -51,8 +51,8 @@ class Vouched(NamedTuple):
 
     Attributes:
         receipt: the receipt or manifest.
-        path: of the file, absolute and without links.
-        record: what is known of it.
+        path: path of the file, absolute and without links.
+        record: its stored record.
         seen: its size and time of change when it was looked at.
     """
 
@@ -112,7 +112,7 @@ def _records(store: Store) -> dict[str, catalog.Glance]:
 
 
 def _stands(listing: catalog.Listing | None, records: dict[str, catalog.Glance]) -> bool:
-    """Whether nothing has changed since the catalogue was made, when all files were whole.
+    """True if nothing has changed since the catalogue was made, when all files were whole.
 
     This takes no reading: so a question about thousands of matches is answered at once.
     """

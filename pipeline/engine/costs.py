@@ -16,7 +16,7 @@ class Spent(NamedTuple):
     """Cost of a piece of work. It is measured where the piece is done, and comes back with its result.
 
     Attributes:
-        seconds: of the clock.
+        seconds: wall-clock time.
         bytes_in: read from the data folder, and of recordings; a table that an earlier stage of the same
             match has read is not read again.
         bytes_out: written to the data folder.
@@ -37,7 +37,7 @@ class Cost(BaseModel):
 
     Attributes:
         pieces: outputs that were worked on.
-        seconds: of the clock, piece by piece: pieces that are done at once count each.
+        seconds: wall-clock time, piece by piece: pieces that are done at once count each.
         bytes_in: read.
         bytes_out: written.
         slowest: name of the piece that took longest, None if there was no piece.

@@ -34,7 +34,7 @@ def evaluate(
         evaluation: settings of the evaluation.
         seeds: seeds of the pairs, each once.
         policies: by the label in the teams' settings.
-        crew: those who play.
+        crew: executors of the matches.
 
     Returns:
         Rows of schema Evaluations of all pairs, and the number of pairs played now.

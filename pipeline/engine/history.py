@@ -36,7 +36,7 @@ class StageEntry(Frozen):
         made: number of outputs that were made anew.
         kept: number of outputs whose bytes are what they were.
         failed: number of outputs that could not be made.
-        cost: of its pieces.
+        cost: cost of its pieces.
     """
 
     noun: str
@@ -54,11 +54,11 @@ class Entry(Frozen):
         what: run, import, train, or the noun of a single stage.
         began: moment of the start, UTC.
         seconds: length, by the clock.
-        stages: what it did, stage by stage; versions are stages of one output.
+        stages: work done, stage by stage; versions are stages of one output.
         knowledge: the newest version of the knowledge afterwards, None if there is none.
         policy: the newest version of the policies, as the run knows it; None if there is none.
         failures: reasons by output, the first 20.
-        error: what ended the run before its time, in one line; None if it came to its end.
+        error: reason why the run ended before its time, in one line; None if it came to its end.
     """
 
     name: str
@@ -112,7 +112,7 @@ class Note:
 
     Attributes:
         what: run, import, train, or the noun of a single stage.
-        report: what it has done until now.
+        report: its work until now.
     """
 
     def __init__(self, what: str) -> None:

@@ -34,7 +34,7 @@ def read_isolated(paths: Sequence[Path], source: SourceFile, mapping: TrackingMa
     That process sends back a log of ours, or an error as JSON: nothing from it is executed.
 
     Args:
-        paths: of the recording's files, in order.
+        paths: paths of the recording's files, in order.
         source: the recording, opened.
         mapping: how to read a tracking table.
 

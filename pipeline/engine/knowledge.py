@@ -160,7 +160,7 @@ class Learned(NamedTuple):
 
     Attributes:
         group: name of the output of its decisions.
-        sha256: of its decisions.
+        sha256: SHA-256 of its decisions.
     """
 
     group: str

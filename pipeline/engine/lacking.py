@@ -74,7 +74,7 @@ def lacking(store: Store, scope: Scope) -> list[str]:
 
 
 def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
-    """Whether flaws of a match say why no goal of a team is known in it."""
+    """True if flaws of a match say why no goal of a team is known in it."""
     flaws = match.details.get("flaws", {})
     if "goals unknown" in flaws or goals is None:
         return "goals unknown" in flaws

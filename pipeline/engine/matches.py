@@ -46,7 +46,7 @@ class Recording(BaseModel):
         file: the recording, or its first file.
         mapping: a TOML file with its names, units, axes and teams; None for the map that its match has, or
             else the plain form.
-        provider: whose files they are (``importers.football.providers``); None if the content tells.
+        provider: provider of the files (``importers.football.providers``); None if the content tells.
         more: the other files of that provider's recording, in its order.
     """
 
@@ -116,7 +116,7 @@ def _in_inbox(store: Store) -> list[Path]:
 
 
 def _is_inside(recording: Recording, store: Store) -> bool:
-    """Whether the recording and its map are regular files in the inbox, or links to such."""
+    """True if the recording and its map are regular files in the inbox, or links to such."""
     try:
         real = [path.resolve(strict=True) for path in (recording.file, recording.mapping) if path is not None]
     except (OSError, RuntimeError):  # a link to nothing, or to itself
@@ -145,7 +145,7 @@ def import_recording(
     Args:
         store: receives the match.
         recording: the file and its map.
-        limits: what reading may cost, and whether it is done in a process of its own.
+        limits: bounds of reading's cost, and whether it is done in a process of its own.
 
     Raises:
         BadRecording, DamagedLog: if the recording gives no match. It goes into quarantine under its match
@@ -227,7 +227,7 @@ def _work(name: str, sha256: str, settings: dict[str, object]) -> Work:
 
 
 def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, object]) -> bool:
-    """Whether the stored match of this content is up to date."""
+    """True if the stored match of this content is up to date."""
     return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
@@ -286,7 +286,7 @@ def keep(store: Store, match: MatchLog, data: Content, work: Work) -> Receipt:
         store: the store that receives it.
         match: the content of the log.
         data: the log's bytes.
-        work: that made it.
+        work: work that made it.
     """
     return store.commit(work, _made(match, data))
 
@@ -379,7 +379,7 @@ def useless(store: Store) -> list[Path]:
 
 
 def _nothing_recorded(data: bytes) -> bool:
-    """Whether a recording has no packet."""
+    """True if a recording has no packet."""
     try:
         return not any(True for _ in PacketRecording(data, "").packets())
     except DamagedLog:
@@ -387,7 +387,7 @@ def _nothing_recorded(data: bytes) -> bool:
 
 
 def _nothing_logged(data: bytes) -> bool:
-    """Whether a log has no frame."""
+    """True if a log has no frame."""
     try:
         log.read(data, where="")
     except NoFrames:

@@ -40,8 +40,8 @@ class Memo:
     Args:
         store: holds the outputs.
         leg: stages of matches that follow each other.
-        settings: of all stages.
-        scope: of the run.
+        settings: settings of all stages.
+        scope: scope of the run.
     """
 
     def __init__(self, store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope) -> None:
@@ -53,7 +53,7 @@ class Memo:
         self._found = dict[str, str]()
 
     def holds(self, output: Output) -> bool:
-        """Whether the outputs of a match were done, and have not been touched since."""
+        """True if the outputs of a match were done, and have not been touched since."""
         return output.name in self._now and self._known.get(output.name) == self._now[output.name]
 
     def note(self, output: Output) -> None:

@@ -35,7 +35,7 @@ PLAYS = ("clock", "clock_s", "predict_s")
 
 
 def looks(policy: Manifest) -> bool:
-    """Whether a version of the policies chooses by appraisals of what is seen, and not by states."""
+    """True if a version of the policies chooses by appraisals of what is seen, and not by states."""
     found = policy.files.get(Appraisals.NAME)
     return found is not None and bool(found.rows)
 
@@ -161,7 +161,7 @@ class Known(NamedTuple):
 
     Attributes:
         match: its id.
-        receipt: of the decisions of its group.
+        receipt: receipt of the decisions of its group.
     """
 
     match: str
@@ -202,7 +202,7 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
 
 
 def _tells(store: Store, known: Known, team: Team) -> bool:
-    """Whether some decisions of a match are of a team, or were chosen in its league."""
+    """True if some decisions of a match are of a team, or were chosen in its league."""
     sides = need(store, "sides", known.match).details
     chosen = _choosing(known.receipt, known.match)
     return bool(sides["kind"] == team.kind and (team.team in sides["counts_as"] or chosen))

@@ -45,7 +45,7 @@ class StageReport(BaseModel):
         kept: number of outputs that were already there.
         failed: name of each output that could not be made, with the reason.
         notes: other remarks, a line each.
-        cost: what its pieces have cost.
+        cost: sum of its pieces' costs.
     """
 
     noun: str
@@ -96,8 +96,8 @@ class RunReport(BaseModel):
         knowledge_is_new: whether this run emitted it.
         policy: the newest version, None if there is none.
         policy_is_new: whether this run trained it.
-        versions: what looking for new versions, and making them, has cost, by noun.
-        notes: what its knowledge lacks or mixes, a line each.
+        versions: cost of looking for new versions, and of making them, by noun.
+        notes: lacks and mixtures of its knowledge, a line each.
     """
 
     stages: list[StageReport] = []

@@ -1,4 +1,4 @@
-"""Whether the situations of a recording are recognised, told when it is imported."""
+"""Check, at the import, that the situations of a recording are recognised."""
 
 from __future__ import annotations
 

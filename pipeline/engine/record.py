@@ -24,7 +24,7 @@ def record(
 
     Args:
         store: keeps the match.
-        recipe: of the match.
+        recipe: recipe of the match.
         policies: policies by the label that the recipe's teams name.
 
     Raises:
@@ -55,7 +55,7 @@ def record_match(
 
 
 def is_played(store: Store, recipe: Recipe) -> bool:
-    """Whether a match was played by a recipe, or is being played."""
+    """True if a match was played by a recipe, or is being played."""
     playing = store.root / PLAYING / f"{recipe.match_id}.mcap"
     return store.receipt("matches", recipe.match_id) is not None or playing.exists()
 

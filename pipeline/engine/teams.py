@@ -199,5 +199,5 @@ def labelled(store: Store, manifest: Manifest) -> tuple[str, PolicyTables]:
 
 
 def _looks(manifest: Manifest) -> bool:
-    """Whether a policy appraises what robots see."""
+    """True if a policy appraises what robots see."""
     return bool(manifest.settings.get("learner") == "sight")

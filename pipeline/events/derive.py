@@ -37,7 +37,7 @@ def events(
         trajectories: rows of schema Trajectories of the match.
         referee: rows of schema Referee of the match.
         pitch: pitch of the match.
-        settings: of the stage.
+        settings: settings of the stage.
     """
     held, over = control(trajectories, pitch), episodes(trajectories, referee)
     if not len(held.contacts.first):

@@ -20,7 +20,7 @@ def passes(control: Control, trajectories: pl.DataFrame, pitch: Pitch) -> pl.Dat
     """Rows of schema Passes of one match.
 
     Args:
-        control: of the match.
+        control: control of the match.
         trajectories: rows of schema Trajectories of the match.
         pitch: pitch of the match.
     """

@@ -19,7 +19,7 @@ def possession(
     """Rows of schema Possession of one match.
 
     Args:
-        control: of the match.
+        control: control of the match.
         passes: rows of schema Passes of the match.
         shots: rows of schema Shots of the match.
         trajectories: rows of schema Trajectories of the match.
@@ -61,7 +61,7 @@ def _within(times: I64, first: I64, last: I64) -> I64:
 
 
 def _shot(t_ns: I64, team: I64, shots: pl.DataFrame) -> Bools:
-    """Whether the last touches of teams are shots that no other robot of the team touched next, bool [n]."""
+    """Mask of the last touches that are shots, untouched next by another robot of the team, bool [n]."""
     ended = shots.filter(pl.col("outcome") != "own").select(
         "t_ns", side=pl.col("team").cast(pl.String), shot=pl.lit(value=True)).unique()
     touches = pl.DataFrame({"t_ns": t_ns, "side": np.array(SIDES)[team]})

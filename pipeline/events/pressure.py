@@ -18,11 +18,11 @@ def pressure(
     """Rows of schema Pressure of one match.
 
     Args:
-        control: of the match.
+        control: control of the match.
         possession: rows of schema Possession of the match.
         trajectories: rows of schema Trajectories of the match.
         pitch: pitch of the match.
-        settings: of the stage.
+        settings: settings of the stage.
     """
     rows = np.flatnonzero((control.toucher != NOBODY) & (control.team != NOBODY))
     ball, contact = control.ball, control.toucher[rows]

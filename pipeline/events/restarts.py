@@ -31,7 +31,7 @@ def restarts(
     """Rows of schema Restarts of one match.
 
     Args:
-        control: of the match.
+        control: control of the match.
         shots: rows of schema Shots of the match.
         referee: rows of schema Referee of the match.
         over: how its segments ended (:func:`pipeline.game.episodes.episodes`).

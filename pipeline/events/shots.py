@@ -23,7 +23,7 @@ class Rolling(NamedTuple):
 
     Attributes:
         deceleration: m/s², whatever its speed.
-        drag: what it loses of its speed on each metre, m/s.
+        drag: loss of speed on each metre, m/s.
         least: speed at the goal line above which it is a shot, m/s.
     """
 
@@ -55,11 +55,11 @@ def shots(
     """Rows of schema Shots of one match.
 
     Args:
-        control: of the match.
+        control: control of the match.
         trajectories: rows of schema Trajectories of the match.
         over: how its segments ended (:func:`pipeline.game.episodes.episodes`).
         pitch: pitch of the match.
-        settings: of the stage.
+        settings: settings of the stage.
     """
     ball, contacts = control.ball, control.contacts
     last, following = _left(control)
@@ -196,7 +196,7 @@ def _outcomes(
 
 
 def _touches_after(control: Control, here: int, until: int) -> bool:
-    """Whether the team of the robot that touches at row ``here`` touches after it and before ``until``.
+    """True if the team of the robot that touches at row ``here`` touches after it and before ``until``.
 
     The robot's own touch may go on: it pushes the ball while an adversary is at it, too.
     """

@@ -17,7 +17,7 @@ _MAGIC = b"\x89MCAP0\r\n"
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins with MCAP's magic bytes, and is no recording of packets."""
+    """True if the content begins with MCAP's magic bytes, and is no recording of packets."""
     return head.startswith(_MAGIC) and not is_recording(head)
 
 

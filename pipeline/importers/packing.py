@@ -116,5 +116,5 @@ def _kind(data: Octets, at: int) -> str | None:
 
 
 def _more(data: Octets, at: int) -> bool:
-    """Whether there is anything but zeros from a place on."""
+    """True if there is anything but zeros from a place on."""
     return any(data[begin : begin + _BARE].strip(b"\0") for begin in range(at, len(data), _BARE))

@@ -38,9 +38,9 @@ class Reader:
     """A format and how to read it.
 
     Attributes:
-        name: of the format, unique; also the folder of its synthetic recordings in ``tests/recordings``.
-        title: what a user calls such a file.
-        about: what is read of it, for README; Markdown, one line.
+        name: name of the format, unique; also the folder of its synthetic recordings in ``tests/recordings``.
+        title: name of such a file for users.
+        about: content that is read, for README; Markdown, one line.
         tells: whether content is of the format, by its first ``HEAD_BYTES``, inflated and never empty.
         read: match of a recording that ``tells`` has recognised: time from the first sample, our axes and
             units, the file's ``match_id`` unless the format states one of its own. What is damaged in parts
@@ -120,7 +120,7 @@ def open_source(data: Octets, name: str, limits: ImportSettings = ImportSettings
         data: the file's bytes, packed or not; of a streamed format they are read anew each time.
         name: the file's name; the hash in the match's identity does not depend on it. What cannot be printed
             is escaped here, once.
-        limits: what it may cost.
+        limits: bounds of its cost.
 
     Raises:
         BadRecording: if the file unpacks to too much, or not at all.
@@ -158,7 +158,7 @@ def open_parts(
     Args:
         parts: name and bytes of each file; one, or those of the provider in its order.
         provider: a key of ``football.providers.PROVIDERS``; None for a format of ``READERS``.
-        limits: what it may cost.
+        limits: bounds of its cost.
 
     Raises:
         BadRecording: as ``open_source`` or ``football.providers.open_files``.
@@ -170,7 +170,7 @@ def open_parts(
 
 
 def is_ours(source: SourceFile) -> bool:
-    """Whether a recording is a log of our own, which carries its flaws and is not looked at again."""
+    """True if a recording is a log of our own, which carries its flaws and is not looked at again."""
     return any(reader.ours for reader in READERS if reader.name == source.format)
 
 

@@ -28,10 +28,10 @@ class SourceFile:
         format: name of the reader in ``readers.READERS`` that recognises the content, else None.
         sha256: SHA-256 of its content in hex.
         match_id: identity of the match, ``<slug of the name>-<12 hex digits of sha256>``.
-        limits: what reading it may cost.
+        limits: bounds of reading's cost.
         packed: the file's bytes as they are, if its format is streamed, else None.
         parts: content of each file of a recording that is of several; ``content`` is then empty.
-        provider: whose files those are, a key of ``football.providers.PROVIDERS``; None for other recordings.
+        provider: provider of the files, a key of ``football.providers.PROVIDERS``; None for other recordings.
     """
 
     name: str
@@ -61,7 +61,7 @@ class SourceFile:
         """The refusal of a file that exceeds a limit.
 
         Args:
-            what: what it has too much of.
+            what: thing of which it has too much.
             limit: name of the limit in the settings.
         """
         return BadRecording(

@@ -64,8 +64,8 @@ class Job:
     """A team that is to be driven, and where.
 
     Attributes:
-        protocol: of the robots.
-        colour: of the team.
+        protocol: protocol of the robots.
+        colour: colour of the team.
         team: settings of our team.
         word: its name.
         policies: by label.
@@ -75,7 +75,7 @@ class Job:
         streams: from :func:`streams_of`, with addresses.
         interface: address of the network card; None for the system's choice.
         seconds: how long; None until Ctrl-C.
-        seed: of what the team leaves to chance.
+        seed: seed of the random draws of the team.
     """
 
     protocol: Protocol
@@ -92,7 +92,7 @@ class Job:
 
     @property
     def league(self) -> LeagueName:
-        """Whose packets are seen."""
+        """League whose packets are seen."""
         return LEAGUE[self.protocol]
 
     @property
@@ -119,10 +119,10 @@ class Driver:
     """The loop: see, decide, command, log.
 
     Args:
-        job: what is to be driven.
-        pitch: of the match.
+        job: team and protocol to be driven.
+        pitch: pitch of the match.
         stream: gets the log; buffered, writable.
-        match_id: of the log.
+        match_id: id of the log.
 
     Attributes:
         whistle: the state of play.
@@ -161,7 +161,7 @@ class Driver:
 
     @property
     def began(self) -> bool:
-        """Whether there was a frame."""
+        """True if there was a frame."""
         return self._frame > 0
 
     def warm(self) -> None:

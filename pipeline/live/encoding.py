@@ -29,7 +29,7 @@ class Wheels(NamedTuple):
 
     Attributes:
         yellow: whether it is of the yellow team.
-        number: of the robot, from 0.
+        number: number of the robot, from 0.
         left, right: speed of its wheels, m/s.
     """
 

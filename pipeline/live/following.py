@@ -53,10 +53,10 @@ class Glimpse(NamedTuple):
     """A match as it was a moment ago; blue is home.
 
     Attributes:
-        t_ns: of its sample, Unix time in ns.
+        t_ns: time of its sample, Unix time in ns.
         pitch: the field of play.
-        names: of blue and of yellow.
-        score: of blue and of yellow, None where unknown.
+        names: names of blue and of yellow.
+        score: score of blue and of yellow, None where unknown.
         blue_attacks: direction along x.
         playing: whether play is on.
         trail: recent places of the ball, metres, the present one last; empty where it is not seen.
@@ -77,7 +77,7 @@ class Follower:
     """Follows a match by its packets.
 
     Args:
-        league: whose packets come.
+        league: league of the packets.
         cleaning: how velocities are estimated.
         recognising: how situations are recognised.
         settled: gets the situations of each segment of play that is over, rows of schema Situations; their
@@ -201,7 +201,7 @@ class Follower:
         )
 
     def _reaches(self, since_ns: int, there: Point, t_ns: int, here: Point) -> bool:
-        """Whether the ball can have rolled from one place to another."""
+        """True if the ball can have rolled from one place to another."""
         scales = SCALES[self._pitch.kind]
         return math.dist(there, here) <= scales.max_ball_speed * (t_ns - since_ns) / 1e9 + scales.robot_radius
 

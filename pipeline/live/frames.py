@@ -137,7 +137,7 @@ class _Ssl:
         return self._timed(samples)
 
     def _is_whole(self, seen: Detections) -> bool:
-        """Whether the cameras' round waits for nobody, after these frames."""
+        """True if the cameras' round waits for nobody, after these frames."""
         for camera, (_, received) in zip(seen.frames[:, CAMERA].tolist(), seen.packets.tolist(), strict=True):
             self._cameras[camera] = received
         latest = max(self._cameras.values(), default=0)

@@ -18,7 +18,7 @@ class Said(NamedTuple):
     Attributes:
         stage, command: numbers in ``ssl_logs.commands.STAGES`` and ``COMMANDS``.
         left_us: time left of the stage, microseconds; negative when it lasts longer.
-        names, goals: of yellow and of blue.
+        names, goals: yellow's and blue's.
         blue_on_positive: whether blue's goal is at +x.
     """
 

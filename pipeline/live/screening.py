@@ -1,4 +1,4 @@
-"""Which packets are sound: the others are counted, and never recorded.
+"""Screening of packets: unsound ones are counted, and never recorded.
 
 Anybody in a hall can send to a league's addresses: another league's simulator, a second computer that
 replays a log, a program that is broken.
@@ -41,7 +41,7 @@ class Screen:
     """Tells sound packets from others.
 
     Args:
-        league: whose packets are expected.
+        league: league of the expected packets.
 
     Attributes:
         refused: packets that were left out, by stream and reason.
@@ -77,7 +77,7 @@ class Screen:
         return rate.allows(packet) or self._refuse(packet.channel, FLOOD)
 
     def _heard(self, one: Received, what: object) -> bool:
-        """Whether the sender is the one that tells this."""
+        """True if the sender is the one that tells this."""
         key, now = (one.packet.channel, what), one.packet.t_ns
         first, last_ns = self._senders.get(key, (one.sender, now))
         if first != one.sender and now - last_ns < _SILENT_NS:
@@ -103,7 +103,7 @@ class _Rate:
     size: int = 0
 
     def allows(self, packet: Packet) -> bool:
-        """Whether a packet is within the rate; it is counted."""
+        """True if a packet is within the rate; it is counted."""
         if not 0 <= packet.t_ns - self.begun_ns < 1_000_000_000:
             self.begun_ns, self.packets, self.size = packet.t_ns, 0, 0
         self.packets += 1
@@ -130,7 +130,7 @@ def laid_out(packets: Sequence[Packet]) -> tuple[U8, I64, I64]:
 
 
 def _among(count: int, chosen: I64) -> Bools:
-    """Which of ``count`` messages are chosen, by their numbers, bool [count]."""
+    """Mask of the chosen ones of ``count`` messages, from their numbers, bool [count]."""
     mask = np.zeros(count, np.bool_)
     mask[chosen] = True
     return mask
@@ -153,7 +153,7 @@ def _vision(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
 
 
 def _has_geometry(data: U8, top: Fields, count: int) -> Bools:
-    """Which vision packets have geometry with a size, bool [count].
+    """Mask of the vision packets that have geometry with a size, bool [count].
 
     The field of the width since 2014 is that of the length before.
     """

@@ -39,9 +39,9 @@ class Sight:
     that never was is beside the pitch.
 
     Args:
-        league: whose packets come.
+        league: league of the packets.
         robots: N, robots a side, with the numbers 0 to N - 1.
-        pitch: of the match.
+        pitch: pitch of the match.
         hz: how often :meth:`now` is called in a second.
 
     Attributes:

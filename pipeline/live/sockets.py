@@ -32,7 +32,7 @@ class Received(NamedTuple):
     """A packet, and who sent it.
 
     Attributes:
-        packet: of the network.
+        packet: packet of the network.
         sender: address and port.
     """
 
@@ -80,7 +80,7 @@ class Receiver:
         return told
 
     def receive(self, timeout: float) -> list[Received]:
-        """What has arrived, in order of time; waits up to ``timeout`` seconds for the first."""
+        """Packets that have arrived, in order of time; waits up to ``timeout`` seconds for the first."""
         found = []
         for key, _ in self._selector.select(timeout):
             ears: socket.socket = key.fileobj  # type: ignore[assignment]

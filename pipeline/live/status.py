@@ -68,10 +68,10 @@ class Status:
     """Counts of what was received so far.
 
     Args:
-        league: whose packets are received.
+        league: league of the received packets.
 
     Attributes:
-        frames: of all cameras.
+        frames: frames of all cameras.
         packets: number of sound packets.
     """
 

@@ -26,13 +26,13 @@ class Whistle:
     """The state of play. Without a referee play is always on.
 
     Args:
-        league: whose packets come.
+        league: league of the packets.
 
     Attributes:
         playing: whether robots may move.
         half: 1 or 2.
         score: goals of blue and of yellow, None as long as nobody says.
-        names: of blue and of yellow: their colours as long as nobody says.
+        names: names of blue and of yellow: their colours as long as nobody says.
         blue_attacks: direction along x; None as long as nobody says.
     """
 

@@ -81,7 +81,7 @@ def unpack_frames(messages: Messages) -> Frames:
 
 
 def _addressed(messages: Messages) -> Bools:
-    """Whether each message has a time that fits int64 and the plain little-endian encapsulation, bool [K]."""
+    """Mask of messages with a time that fits int64 and the plain little-endian encapsulation, bool [K]."""
     heads = messages.heads
     fits: Bools = (heads["log_time"] >= 0) & (heads["encapsulation"] & 0xFFFF == LITTLE_ENDIAN_CDR)
     return fits

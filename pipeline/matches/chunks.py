@@ -77,7 +77,7 @@ def seal(
 
     Args:
         pieces: the messages, at least one piece.
-        compressor: of the content.
+        compressor: compressor of the content.
         place: where the chunk starts in the file.
     """
     content = pieces[0].content if len(pieces) == 1 else np.concatenate([p.content for p in pieces])
@@ -140,7 +140,7 @@ def unseal_cut(body: memoryview) -> tuple[U8, Records]:
     """The whole records of a chunk that the file ends in, as far as they decompress; no CRC vouches for them.
 
     Args:
-        body: of the chunk's record, as far as it is there.
+        body: body of the chunk's record, as far as it is there.
     """
     head = ChunkHead.of(body)
     name_end = _CHUNK_HEAD.size + head.name_bytes

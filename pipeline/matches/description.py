@@ -31,7 +31,7 @@ def describe(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
 
 
 def is_sound(texts: dict[str, str]) -> bool:
-    """Whether the CRC of a description holds."""
+    """True if the CRC of a description holds."""
     return texts.get("crc32") == _checksum(texts)
 
 

@@ -71,7 +71,7 @@ class MatchInfo(BaseModel):
     Attributes:
         match_id: ``<slug>-<hash>``.
         source: name of the file that was imported.
-        format: of the source, as its importer names it; world if the match was played here.
+        format: format of the source, as its importer names it; world if the match was played here.
         recording: SHA-256 of the recording that was imported, inflated; None if the match was played here, or
             imported by an earlier version. It is the identity of the recording, of which the id has a part.
         home, away: the teams' names.

@@ -34,7 +34,7 @@ def json_log(
 
     Args:
         topics: all topics, each once. A schema that several topics have is declared once.
-        messages: of these topics, in order of time.
+        messages: messages of these topics, in order of time.
         about: metadata of the file, kept under the name ``match``.
     """
     out = BytesIO()

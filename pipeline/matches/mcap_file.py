@@ -63,9 +63,9 @@ class McapFile:
             the first counts.
 
     Attributes:
-        flaws: what is wrong.
+        flaws: damage, a line each.
         reasons: why the file is not whole; empty if it is.
-        records: of the data section.
+        records: records of the data section.
 
     Raises:
         DamagedLog: if the file is not MCAP, or declares more than ``MAX_LOG_BYTES``.
@@ -217,7 +217,7 @@ class McapFile:
         return declared + int(self._loose.lengths.sum()) + FRAMING_BYTES * len(self._loose.lengths)
 
     def _cut_content(self, body: memoryview) -> Iterator[tuple[U8, Records]]:
-        """What is there of the chunk that the file ends in."""
+        """Readable part of the chunk that the file ends in."""
         content, records = unseal_cut(body)
         if not len(records.opcodes):
             return

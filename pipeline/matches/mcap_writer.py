@@ -89,7 +89,7 @@ class McapWriter:
         """Declare channels whose messages have no schema.
 
         Args:
-            encoding: of the messages.
+            encoding: encoding of the messages.
             topics: topic and metadata of each channel, by its id.
         """
         self.declare((), [
@@ -98,7 +98,7 @@ class McapWriter:
         ])
 
     def declared(self, channel: int) -> bool:
-        """Whether there is such a channel."""
+        """True if there is such a channel."""
         return channel in self._channels
 
     def append(self, channel: int, t_ns: I64, starts: I64, content: U8) -> None:

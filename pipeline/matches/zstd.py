@@ -22,7 +22,7 @@ class ZstdFrame:
 
     @property
     def eof(self) -> bool:
-        """Whether the end of the frame was reached."""
+        """True if the end of the frame was reached."""
         return self._frame.eof
 
     @property

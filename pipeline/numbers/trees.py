@@ -57,7 +57,7 @@ def arrays_of(model: Any) -> Trees:
 
 @numba.njit(cache=True, nogil=True)
 def leaf(trees: Trees, root: int, features: F32) -> float:
-    """What one tree adds for features float32 [F], NaN where unknown."""
+    """Sum that one tree adds for features float32 [F], NaN where unknown."""
     node = root
     while trees.left[node] >= 0:
         x = features[trees.feature[node]]

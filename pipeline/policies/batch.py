@@ -19,7 +19,7 @@ def batch_of(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicyS
         table: rows of schema Decisions.
         before: number of the first match; the others count on from it.
         known: the behaviours that have a value.
-        settings: which decisions to learn from.
+        settings: choice of the decisions to learn from.
 
     Returns:
         Columns role, state, behaviour_id (null if not ``known``), elapsed, reward, ends, and team_episode,
@@ -56,7 +56,7 @@ def pairs_of(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
     """Index of each decision's pair in ``own``, the pairs of one key, int64 [T]; UNKNOWN without one.
 
     Args:
-        rows: of :func:`batch_of`, [T].
+        rows: rows of :func:`batch_of`, [T].
         own: columns role, state and behaviour_id.
         key: key of the states of ``own``.
     """

@@ -27,7 +27,7 @@ def returns_of(
         policy: rows of schema Policies, of one version.
         decisions: rows of schema Decisions, those that the version learned from.
         parent: rows of schema Returns of the parent, whose decisions are others; None without one.
-        settings: which decisions to learn from, and the discount.
+        settings: choice of the decisions to learn from, and the discount.
     """
     known = pl.Enum(policy["behaviour_id"].unique().sort())
     rows = batch_of(decisions, 0, known, settings)

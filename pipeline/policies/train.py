@@ -106,7 +106,7 @@ def train(
             ``settings.new_pairs``. "optimistic": the greatest value that the parent gives to a
             behaviour usable in that state by the role, else the occasion's ``initial``. "outcome": the
             occasion's ``value``, else its ``initial``.
-        settings: which decisions to learn from, the start and the learning rule.
+        settings: choice of the decisions to learn from, the start and the learning rule.
         version: version of the new policy.
         knowledge_version: knowledge version of ``occasions``.
 

@@ -29,7 +29,7 @@ class League:
         sequences: a function that gives the rows of schema Sequences of the matches, whole matches in each
             table. It is called again for each pass if they are too many to be kept.
         sides: by match, the team that each of its sides counts for; a side that does not count is missing.
-        columns: of schema Sequences; None: all.
+        columns: columns of schema Sequences; None: all.
 
     Attributes:
         matches: ids of the matches, sorted.

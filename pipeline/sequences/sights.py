@@ -25,7 +25,7 @@ _PLACE, _BALL = ("x", "y", "theta", "vx", "vy", "omega"), ("x", "y", "vx", "vy")
 def sights(
     log: MatchLog, values: pl.DataFrame, settings: GramSettings, sequences: pl.DataFrame | None = None
 ) -> pl.DataFrame:
-    """What the robots of a match saw at the decisions that its log holds, and what V did after each.
+    """Observations of a match's robots at the decisions that its log holds, and the change of V after each.
 
     With ``watched_s`` also what robots of teams that log no decisions saw while they were in situations: at
     the first sample of each such time. Bodies are those of the log's sample at the moment: a robot that the
@@ -33,7 +33,7 @@ def sights(
     camera shows them so much later: those are taken as its sight, and V from then on.
 
     Args:
-        log: of the match.
+        log: log of the match.
         values: rows of schema Values of the same match; none if V is not known.
         settings: ``ahead_s`` and ``watched_s``.
         sequences: rows of schema Sequences of the same match; None: nobody is watched.
@@ -145,7 +145,7 @@ def _see_all(bodies: F64, team: I64, attacks: I8, row: I64, goal_x: float, out: 
 
 
 def _changes(moments: pl.DataFrame, values: pl.DataFrame, starts_ns: I64, lasts_ns: int) -> F64:
-    """What V did after each moment, for its team, float64 [K]; NaN where V is not known.
+    """Change of V after each moment, for its team, float64 [K]; NaN where V is not known.
 
     It is looked at ``starts_ns`` after the moment, int64 [2] by team, and ``lasts_ns`` after that, no later
     than the end of the episode.

@@ -38,7 +38,7 @@ class Recogniser:
     one. When a segment is over, its situations are settled, and nothing is kept of it.
 
     Args:
-        match_id: of the match.
+        match_id: id of the match.
         pitch: the field of play; its kind scales distances and speeds.
         settings: thresholds and times.
     """

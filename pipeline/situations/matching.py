@@ -80,7 +80,7 @@ class Worker:
             first: first sample that has not been worked on; ``fill`` counts from it.
             other: the other robot that the rules are about, -1 for none.
             fill: fills the signals.
-            marks: of the samples before; changed.
+            marks: marks of the samples before; changed.
         """
         program = self._rules.program
         for at in range(first, len(t_ns), self._block):
@@ -130,7 +130,7 @@ def groups(
     """The groups of rules about a robot: name, row of the other robot (-1: none), what fills their signals.
 
     Args:
-        row: of the robot.
+        row: row of the robot.
         match: the match, or a part of it.
         index: int64 [N], places of the robot's samples among those of ``match``; not empty.
         distances: from :func:`pipeline.situations.signals.ball_distances`.

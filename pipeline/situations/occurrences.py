@@ -98,7 +98,7 @@ class Samples(NamedTuple):
 
 
 def comes_back(place: I64, t_ns: I64, flicker_s: float) -> Bools:
-    """Whether a robot was away for longer than ``flicker_s`` before samples 1 to N - 1, bool [N - 1]."""
+    """Mask of samples 1 to N - 1: the robot was away for longer than ``flicker_s`` before, bool [N - 1]."""
     return (np.diff(place) > 1) & (np.diff(t_ns) > nanoseconds(flicker_s) + CLOCK_NS)
 
 

@@ -30,7 +30,7 @@ LEAST_SECONDS = 100.0
 
 
 class Recognition(NamedTuple):
-    """What a match, or a part of it, shows.
+    """Situations that a match, or a part of it, shows.
 
     Attributes:
         codes: number of codes besides 194.
@@ -46,7 +46,7 @@ class Recognition(NamedTuple):
 
     @property
     def poor(self) -> bool:
-        """Whether it shows fewer than half of the usual codes, or 194 for over two thirds of the time."""
+        """True if it shows fewer than half of the usual codes, or 194 for over two thirds of the time."""
         few = self.codes < LEAST_SHARE * self.usual
         return self.seconds >= LEAST_SECONDS and (few or self.random > MOST_RANDOM)
 
@@ -59,11 +59,11 @@ def rates(kind: Kind) -> dict[int, float]:
 
 
 def recognition(situations: pl.DataFrame, kind: Kind) -> Recognition:
-    """What situations show beside what is usual.
+    """Situations of a match beside the usual ones.
 
     Args:
         situations: rows of schema Situations of one match, or of a part of one.
-        kind: of the match.
+        kind: kind of the match.
     """
     spans = situations.select("code", s=(pl.col("end_ns") - pl.col("start_ns")) / 1e9)
     seconds = float(spans["s"].sum())

@@ -41,8 +41,8 @@ class BinEdges(NamedTuple):
         front: orientation to the ball, radians.
         side: orientation to the ball, radians (it is itself "back").
         pointing: half the angle under which a robot points at a goal at least, radians.
-        slow: of the ball, m/s.
-        medium: of the ball, m/s.
+        slow: upper limit of a slow ball, m/s.
+        medium: upper limit of a ball of medium speed, m/s.
         moving: a ball at least so fast has a direction, m/s.
         goal_x: goal line from the centre, metres.
         half_goal: half the goal's width, metres.
@@ -88,7 +88,7 @@ class Observation(NamedTuple):
         roles: int64 [R], index in ``schemas.ROLES``.
         ball: float64 [4], x, y, vx, vy, pitch frame.
         flip: 1.0 if the observing team attacks +x, else -1.0.
-        direction: of the ball's last motion, pitch frame, radians; NaN if it never moved.
+        direction: direction of the ball's last motion, pitch frame, radians; NaN if it never moved.
         score: level 0 losing, 1 drawing, 2 winning.
         situation: level 0 normal, 1 fault, 2 goal.
     """
@@ -113,7 +113,7 @@ def abstract_state(seen: Observation, edges: BinEdges, out: U8) -> bool:
 
     Args:
         seen: the moment.
-        edges: of the pitch.
+        edges: edges of the pitch.
         out: uint8 [36], written.
 
     Returns:
@@ -229,7 +229,7 @@ def elements(
     Args:
         trajectories: rows of schema Trajectories of one match.
         referee: rows of schema Referee of the same match, in order of time.
-        pitch: of the match.
+        pitch: pitch of the match.
         team: [K], index of each observing team in ``schemas.SIDES``.
         t_ns: int64 [K], times of samples.
 

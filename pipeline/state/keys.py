@@ -63,7 +63,7 @@ def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
     the orientation to the own goal and the ball's motion; ``role0`` keeps nothing: one state.
 
     Args:
-        key: which elements are kept.
+        key: name of the kept elements.
         slot: own slot (0, 1, 2) of the deciding robot; only ``ego19``, ``self9`` and ``self6``
             depend on it.
     """
@@ -145,7 +145,7 @@ def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) 
 
     Args:
         elements: uint8 [K, 36].
-        key: which elements are kept.
+        key: name of the kept elements.
         slot: [K], own slot (0, 1, 2) of the deciding robot: the index of its role. Needed by
             ``ego19``, ``self9`` and ``self6`` only.
 
@@ -180,7 +180,7 @@ def project(states: I64, key: Key, slot: npt.NDArray[np.integer] | None = None) 
 
     Args:
         states: int64 [K], by ``full36``.
-        key: which elements are kept.
+        key: name of the kept elements.
         slot: as in :func:`encode`.
 
     Returns:

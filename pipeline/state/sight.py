@@ -1,4 +1,4 @@
-"""What a robot sees when it decides, in numbers (``schemas.sights.SIGHT``)."""
+"""Observation of a robot when it decides, as numbers (``schemas.sights.SIGHT``)."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def elements_of(states: I64, key: Key, slot: int) -> pl.Series:
 
     Args:
         states: int64 [K], by ``key``.
-        key: which elements are kept.
+        key: name of the kept elements.
         slot: own slot (0, 1, 2) of the robot that decides: the index of its role.
 
     Returns:

@@ -47,10 +47,10 @@ _WHY = {
 
 
 class Entry(NamedTuple):
-    """What a bucket says of an object.
+    """Metadata of an object in a bucket.
 
     Attributes:
-        key: of the object, relative to the bucket's URL.
+        key: key of the object, relative to the bucket's URL.
         size: in bytes.
         tag: changes with the object.
         modified: seconds since 1970, by the bucket's clock.
@@ -143,7 +143,7 @@ class Bucket:
             return None
 
     def has(self, key: str) -> bool:
-        """Whether there is an object."""
+        """True if there is an object."""
         import obstore  # noqa: PLC0415 (an extra)
 
         try:

@@ -58,7 +58,7 @@ def claimed(mirror: Mirror, folder: Path) -> Iterator[None]:
 
 
 def at_work(mirror: Mirror, folder: Path) -> bool:
-    """Whether somebody makes a version in a folder of a bucket, as far as the claim says.
+    """True if somebody makes a version in a folder of a bucket, as far as the claim says.
 
     Raises:
         BucketFailed: if the bucket cannot be reached.
@@ -68,7 +68,7 @@ def at_work(mirror: Mirror, folder: Path) -> bool:
 
 
 def _gone(mirror: Mirror, claim: bytes, entry: Entry) -> bool:
-    """Whether a claim is of a dead process, or was not renewed for :data:`GONE_S` by the bucket's clock."""
+    """True if a claim is of a dead process, or was not renewed for :data:`GONE_S` by the bucket's clock."""
     return _dead(claim) or mirror.now() - entry.modified > GONE_S
 
 
@@ -76,8 +76,8 @@ class _Claim:
     """A claim of this process.
 
     Args:
-        mirror: of the bucket.
-        folder: of the versions.
+        mirror: mirror of the bucket.
+        folder: folder of the versions.
 
     Attributes:
         token: names it.
@@ -135,7 +135,7 @@ class _Claim:
 
 
 def _dead(claim: bytes) -> bool:
-    """Whether a claim is of a dead process of this machine, or of ended work of this process."""
+    """True if a claim is of a dead process of this machine, or of ended work of this process."""
     try:
         said = json.loads(claim)
         if said["machine"] != machine():

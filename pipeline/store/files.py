@@ -220,7 +220,7 @@ class Files:
         """The bytes of a file that is not ours; it is only ever read.
 
         Args:
-            path: of the file.
+            path: path of the file.
             megabytes: its greatest size.
 
         Raises:
@@ -234,7 +234,7 @@ class Files:
         """A file that is not ours, open while the body runs; it is only ever read.
 
         Args:
-            path: of the file.
+            path: path of the file.
             megabytes: its greatest size.
 
         Raises:

@@ -16,7 +16,7 @@ class ForeignFile:
     Its size is that at which it was opened. If it is cut meanwhile, slices are shorter.
 
     Args:
-        descriptor: of the file, open for reading.
+        descriptor: descriptor of the file, open for reading.
         where: its path, for messages.
     """
 

@@ -1,4 +1,4 @@
-"""What makers of versions left in a bucket that ended before their manifest."""
+"""Leftovers in a bucket of makers of versions that ended before their manifest."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _old(mirror: Mirror) -> dict[str, set[str]]:
 
 
 def _named(mirror: Mirror, key: str) -> bool:
-    """Whether a key is that of a manifest, or of a file that one names; or its manifest cannot be read."""
+    """True if a key is that of a manifest, or of a file that one names; or its manifest cannot be read."""
     folder, _, name = key.rpartition("/")
     if name == CLAIM:
         return False

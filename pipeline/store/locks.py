@@ -25,7 +25,7 @@ def holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
     """A lock on a file, which is made if need be; waits until others let go of it.
 
     Args:
-        path: of the file.
+        path: path of the file.
         lock: as for ``fcntl.flock``.
         reading: go without the lock if there is no such file and none can be made, as in a folder in which
             nobody can write; or if the disk has no locks.
@@ -79,7 +79,7 @@ def take(stream: BinaryIO) -> None:
 
 
 def free(path: Path) -> bool:
-    """Whether a file is there and no process holds it."""
+    """True if a file is there and no process holds it."""
     try:
         with path.open("rb") as held:
             fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)

@@ -13,8 +13,8 @@ class Meter:
     """Bytes of whole files.
 
     Attributes:
-        read: of inputs and recordings; receipts are not counted.
-        written: of outputs and their receipts, and of versions. A file that is there already is not written.
+        read: bytes of inputs and recordings; receipts are not counted.
+        written: bytes of outputs, their receipts and versions. A file that is there already is not written.
     """
 
     read: int = 0

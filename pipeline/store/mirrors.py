@@ -68,7 +68,7 @@ class Change(NamedTuple):
     """A change of the bucket that a process made.
 
     Attributes:
-        entry: what was written; of what was removed, only the key counts.
+        entry: the written object; of a removed one only the key counts.
         data: its bytes, if every copy has it; None if it was removed.
         removed: whether it was.
     """
@@ -189,7 +189,7 @@ class Mirror:
             _log.warning("%s What follows is of the copy here.", error)
 
     def age(self) -> str:
-        """Of when the copy is, for people."""
+        """Time of the copy, for people."""
         last = self.synced()
         if last is None:
             return "never read"
@@ -211,7 +211,7 @@ class Mirror:
 
         Args:
             path: in the copy.
-            sha: of its bytes, if known.
+            sha: SHA-256 of its bytes, if known.
 
         Raises:
             NotFound: if the bucket has none, and its bytes are not known.
@@ -238,7 +238,7 @@ class Mirror:
 
         Args:
             path: in the copy.
-            sha: of the bytes.
+            sha: SHA-256 of the bytes.
             remedy: the advice if the bucket has not got them either.
             anew: from the bucket in any case.
 
@@ -330,7 +330,7 @@ class Mirror:
             return time.monotonic() + self._ahead
 
     def lacking(self, paths: Iterable[Path]) -> list[Path]:
-        """Those of some files that the bucket has not got now; one request for many of a folder.
+        """Files of a list that the bucket has not got now; one request for many of a folder.
 
         Raises:
             BucketFailed: if the bucket cannot be reached.

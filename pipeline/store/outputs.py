@@ -92,7 +92,7 @@ class Outputs(Reading):
         outcome stays as it is, with the software that made it first.
 
         Args:
-            work: that made it.
+            work: work that made it.
             made: its tables and other files.
             sources: the receipts of outputs that it was made from.
 
@@ -223,5 +223,5 @@ class Outputs(Reading):
 
 
 def _same(one: Receipt, other: Receipt) -> bool:
-    """Whether two receipts are of the same work and outcome, whatever software made them."""
+    """True if two receipts are of the same work and outcome, whatever software made them."""
     return one.model_copy(update={"software": other.software}) == other

@@ -29,7 +29,7 @@ def check_folder(path: Path, remedy: str) -> None:
     """Check that a path may be that of a folder, new or old.
 
     Args:
-        path: of the folder.
+        path: path of the folder.
         remedy: the advice, if it may not.
 
     Raises:

@@ -156,7 +156,7 @@ def _parsed(connection: duckdb.DuckDBPyConnection, sql: str) -> Iterator[dict[st
 
 
 def _has_no_equal(dtype: Any) -> bool:
-    """Whether DuckDB's type, or one that it is made of, has no equal in a polars table."""
+    """True if DuckDB's type, or one that it is made of, has no equal in a polars table."""
     if dtype.id in _NESTED:  # an array's size is among its children
         return any(_has_no_equal(child) for name, child in dtype.children if name != "size")
     return dtype.id in _WITHOUT_EQUAL

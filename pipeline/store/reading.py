@@ -39,7 +39,7 @@ class Reading(Files):
 
         Args:
             receipt: the receipt or manifest.
-            role: of the file.
+            role: role of the file.
             anew: read it from the bucket, if the folder is in one, whatever the copy has.
 
         Raises:
@@ -100,11 +100,11 @@ class Reading(Files):
                 for receipt in receipts for role, record in receipt.files.items() if role in roles)
 
     def intact(self, receipt: Receipt) -> bool:
-        """Whether all files of a receipt or manifest are there, byte for byte."""
+        """True if all files of a receipt or manifest are there, byte for byte."""
         return all(self.whole(record, self.folder(receipt)) for record in receipt.files.values())
 
     def whole(self, record: FileRecord, folder: Path) -> bool:
-        """Whether a file in a folder is there, byte for byte; in a bucket, by its size."""
+        """True if a file in a folder is there, byte for byte; in a bucket, by its size."""
         path = folder / record.path
         if self.mirror is not None:
             return self.mirror.size(path, record.sha256) == record.size

@@ -49,7 +49,7 @@ class FileRecord(Frozen):
 
     Attributes:
         path: relative to the data folder (receipts) or the version's folder (manifests).
-        sha256: of its bytes.
+        sha256: SHA-256 of its bytes.
         size: in bytes.
         table: ``name/version`` of its schema, None if it is not a table.
         rows: number of rows of the table.
@@ -73,11 +73,11 @@ class Receipt(Frozen):
     Attributes:
         noun: the stage.
         name: the output, unique in its noun; usually a match id.
-        key: of the work (:class:`pipeline.store.work.Work`).
+        key: key of the work (:class:`pipeline.store.work.Work`).
         inputs: label to SHA-256.
-        settings: of the stage.
+        settings: settings of the stage.
         seed: None where the stage draws nothing.
-        versions: of the stage that made it, and of those that it ran itself.
+        versions: versions of the stage that made it, and of those that it ran itself.
         software: name, version and source hash of the code that made it; provenance only.
         files: by what they hold.
         details: counts and facts that later stages and reports need.

@@ -86,7 +86,7 @@ def stamp_of(path: str) -> Stamp:
 
 
 def settled(stamp: Stamp) -> bool:
-    """Whether a file is so old that another one would have another stamp.
+    """True if a file is so old that another one would have another stamp.
 
     The clock of a file system ticks every few milliseconds: two files of one tick may look the same.
     """

@@ -72,7 +72,7 @@ def _hidden(folder: Path | str, depth: int) -> Iterator[os.DirEntry[str]]:
 
 
 def _is_dead(entry: os.DirEntry[str], where: str, pid: int) -> bool:
-    """Whether nobody writes a temporary any more."""
+    """True if nobody writes a temporary any more."""
     if where == machine():
         return not alive(pid)
     try:
@@ -82,7 +82,7 @@ def _is_dead(entry: os.DirEntry[str], where: str, pid: int) -> bool:
 
 
 def alive(pid: int) -> bool:
-    """Whether there is a process of a number on this machine."""
+    """True if there is a process of a number on this machine."""
     try:
         os.kill(pid, 0)
     except OSError as error:

@@ -26,9 +26,9 @@ class Damage:
     """A file that is not what was written.
 
     Attributes:
-        path: of the file.
-        error: what is wrong, and what to do.
-        sha256: of what was written, None if only the file itself said that (a receipt or manifest).
+        path: path of the file.
+        error: the flaw and its cure.
+        sha256: SHA-256 of what was written, None if only the file itself said that (a receipt or manifest).
     """
 
     path: Path
@@ -117,7 +117,7 @@ def _whole(backup: Files, path: Path, sha: str | None) -> bytes:
 
 
 def _belongs(data: bytes, path: Path) -> bool:
-    """Whether a receipt or manifest is that of its place in a data folder, which may be that of a season.
+    """True if a receipt or manifest is that of its place in a data folder, which may be that of a season.
 
     Args:
         data: its bytes.

@@ -97,7 +97,7 @@ class Versions(Reading):
         """Write a claimed version aside and commit it by one rename; in a bucket by its manifest, the last.
 
         Args:
-            work: that made it.
+            work: work that made it.
             made: its tables and other files.
             version: the claimed number.
             parent: the version that it follows, None for the first.

@@ -22,11 +22,11 @@ class Work:
     Attributes:
         noun: the stage.
         name: the output, unique in its noun.
-        settings: of the stage, JSON-able.
-        version: of the stage. It is raised when the stage makes other bytes of the same inputs.
+        settings: settings of the stage, JSON-able.
+        version: version of the stage. It is raised when the stage makes other bytes of the same inputs.
         inputs: label to SHA-256.
         seed: None where the stage draws nothing.
-        schemas: of the tables it makes.
+        schemas: schemas of the tables it makes.
         through: versions of other stages that it runs itself, and that its outcome depends on.
         deciding: the settings that decide the outcome, None if all do.
     """

@@ -12,7 +12,7 @@ def with_heights(trajectories: pl.DataFrame, heights: Heights) -> pl.DataFrame:
 
     Args:
         trajectories: rows of schema Trajectories of one match. Without any height they stay as they are.
-        heights: of the match's log. If a time has two, the first counts.
+        heights: heights of the match's log. If a time has two, the first counts.
     """
     if not len(heights.t_ns):
         return trajectories

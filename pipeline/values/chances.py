@@ -67,7 +67,7 @@ def from_bytes(data: bytes) -> ShotModels:
 
 
 def features_of(shots: pl.DataFrame, pitch: Pitch) -> F64:
-    """What shots of one pitch are judged by, float64 [n, features]; lengths in those of the pitch.
+    """Features of the shots of one pitch, float64 [n, features]; lengths in those of the pitch.
 
     Distance is in lengths of the pitch, angle in rad, cover in half goals, at most 3. Where no adversary is
     seen, none is in the way. The product says that a free way is worth more, the wider the goal is seen.
@@ -102,7 +102,7 @@ def chances(
         match: its id.
         shots: rows of schema Shots of the match.
         pitch: pitch of the match.
-        models: of its league; None if no shot of the league is known.
+        models: models of its league; None if no shot of the league is known.
         settings: settings of the stage.
     """
     row = 0 if models is None else models.row_of(match)

@@ -48,7 +48,7 @@ class _Nearest(NamedTuple):
         distance: to the ball, metres.
         second: distance of the second nearest.
         dx, dy: from the robot to the ball.
-        cos, sin: of its heading.
+        cos, sin: cosine and sine of its heading.
         vx, vy: its velocity.
     """
 

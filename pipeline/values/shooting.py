@@ -30,7 +30,7 @@ def fit(
     """Fit a model of the shots of a league without each match, and one with all.
 
     Args:
-        league: of each match the rows of schema Shots, and its pitch.
+        league: rows of schema Shots of each match, and its pitch.
         penalty: standard deviation of the coefficients before any shot was seen, for features of standard
             deviation 1.
 

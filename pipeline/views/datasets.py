@@ -45,11 +45,11 @@ class Origin(NamedTuple):
     """Where decisions come from.
 
     Attributes:
-        seeds: of the matches by id; None of one that was recorded.
+        seeds: seeds of the matches by id; None of one that was recorded.
         knowledge_version: newest version of the knowledge that learned from all of these decisions, None if
             there is none.
-        software: that made the decisions.
-        settings: of the stage that made them.
+        software: software that made the decisions.
+        settings: settings of the stage that made them.
     """
 
     seeds: Mapping[str, int | None]

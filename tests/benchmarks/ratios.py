@@ -21,7 +21,7 @@ def rate(benchmark: dict[str, Any]) -> float:
 
 
 def is_ours(benchmark: dict[str, Any]) -> bool:
-    """Whether its name holds the word ours (and not behaviours)."""
+    """True if its name holds the word ours (and not behaviours)."""
     return re.search("(?<![a-z])ours(?![a-z])", benchmark["name"]) is not None
 
 

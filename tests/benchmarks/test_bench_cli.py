@@ -44,7 +44,7 @@ def python(*words: str) -> subprocess.CompletedProcess[str]:
 
 
 def heaviest(code: str, *words: str) -> dict[str, int]:
-    """What a process imports: package to its own modules' milliseconds, the heaviest."""
+    """Imports of a process: package to its own modules' milliseconds, the heaviest."""
     spent: Counter[str] = Counter()
     for line in python("-X", "importtime", "-c", code, *words).stderr.splitlines():
         own, _, name = line.removeprefix("import time:").partition("|")

@@ -198,7 +198,7 @@ def test_unlogged_bound_pymunk_steps_alone(benchmark):
 
 
 def thought(frames):
-    """What both teams want in so many frames of one scene; the last wheels."""
+    """Wheel speeds that both teams want in so many frames of one scene; the last wheels."""
     of = recipe(MINUTE)
     controllers = [controller_of(of.home, of, team) for team in (0, 1)]
     view, wheels = Arena(VSSS, 3).bodies.copy(), np.zeros((2, 3, 2))

@@ -24,7 +24,7 @@ def made_up(transitions):
 
 
 def on_dicts(batch, step_size, discount, trace_decay):
-    """What a user would write: dicts, replacing traces, the same floor."""
+    """Sarsa as a user would write it: dicts, replacing traces, the same floor."""
     q, trace = {}, {}
     columns = (batch.pair, batch.elapsed, batch.reward, batch.ends)
     rows = list(zip(*(column.tolist() for column in columns), strict=True))

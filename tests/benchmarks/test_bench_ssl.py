@@ -59,7 +59,7 @@ def parsed(data, packet):
 
 
 def to_columns(data, packet):
-    """What ours gives: a row for each body."""
+    """Our result: a row for each body."""
     bodies, frames = [], []
     for content in contents(data):
         frame = packet.FromString(content).detection

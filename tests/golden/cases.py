@@ -81,9 +81,9 @@ class Golden:
     """A golden as it is made now.
 
     Attributes:
-        text: that is shown.
-        versions: of the stages that it depends on, the one that makes it last.
-        settings: of these.
+        text: shown text.
+        versions: versions of the stages that it depends on, the one that makes it last.
+        settings: settings of these.
         inputs: digest of all else that it is made from.
         content: digest of all that was made, where the text shows a part.
     """
@@ -101,7 +101,7 @@ class Golden:
 
 
 def complaint(name: str, before: str, now: Golden) -> str | None:
-    """What is to be done if a golden changed though nothing that it is made by or from did; else None."""
+    """Advice if a golden changed though nothing that it is made by or from did; else None."""
     head = json.loads(before.splitlines()[0].removeprefix("# "))
     same = (head.get("versions", {}), head.get("settings", {}), head.get("inputs", "")) == (
         now.versions, json.loads(json.dumps(now.settings)), now.inputs)

@@ -31,7 +31,7 @@ class Hostile(NamedTuple):
     """A recording that means harm.
 
     Attributes:
-        name: of the file.
+        name: name of the file.
         content: makes its bytes.
         said: part of what it is refused with; "" if it is read, as far as it is whole.
         seconds: most that reading it may take, on a busy machine.

@@ -29,7 +29,7 @@ SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
 
 
 def run(store: Store) -> str:
-    """What `pitchlore run` does, in this thread."""
+    """The work of `pitchlore run`, in this thread."""
     report = RunReport()
 
     def perform(

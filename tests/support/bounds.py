@@ -1,4 +1,4 @@
-"""What a call costs: seconds, and the memory that this process takes more."""
+"""Cost of a call: seconds, and the memory that this process takes more."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Reader:
         assert self.process.stdout.readline() == "ready\n"
 
     def read(self, file: Path, mapping: Path | None = None) -> tuple[str, float, float]:
-        """What came of reading a file; seconds; MiB."""
+        """Outcome of reading a file; seconds; MiB."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         self.process.stdin.write(json.dumps([str(file), str(mapping or "")]) + "\n")

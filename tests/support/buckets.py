@@ -60,7 +60,7 @@ class Served:
 
     @property
     def environment(self) -> dict[str, str]:
-        """What says how to reach it."""
+        """Options that say how to reach it."""
         return {**CREDENTIALS, "AWS_REGION": "us-east-1", "AWS_ALLOW_HTTP": "true",
                 "AWS_ENDPOINT_URL": f"http://127.0.0.1:{self._proxy.server_port}"}
 

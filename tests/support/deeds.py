@@ -1,4 +1,4 @@
-"""What tests give to other processes to do. These load this module, and none of the tests' own."""
+"""Functions that tests hand to other processes. These load this module, and none of the tests' own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the recogniser says of robots that execute a code in the arena."""
+"""The recogniser's codes of robots that execute a code in the arena."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EACH = 30
 
 
 class Named(NamedTuple):
-    """What the executions of one code were called.
+    """Names that the recogniser gave the executions of one code.
 
     Attributes:
         count: executions.

@@ -56,7 +56,7 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Store:
 
 
 def serious(page: Any, scheme: str) -> list[str]:
-    """What axe finds that is serious or critical on a page; in the dark scheme contrast alone can be another.
+    """Serious and critical findings of axe on a page; in the dark scheme contrast alone can be another.
 
     Of cards and rows that are alike, the first ones are looked at: hundreds take axe half a minute.
     """

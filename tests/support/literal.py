@@ -279,7 +279,7 @@ class Robot:
         return min(end, match.time[match.frames[at + 1]]) if at + 1 < len(match.frames) else end
 
     def close(self, later: int, earlier: int, seconds: float) -> bool:
-        """Whether two samples are neighbours or at most so far apart."""
+        """True if two samples are neighbours or at most so far apart."""
         return later == earlier + 1 or self.t[later] - self.t[earlier] <= seconds * 1e9 + CLOCK
 
     def chunk(self, k0: int, k1: int, longest_s: float) -> int:

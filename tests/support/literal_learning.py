@@ -19,7 +19,7 @@ BOUND = 1e9
 
 
 class Step(NamedTuple):
-    """What follows from a joint action: a state, equally likely rewards (one an agent), two facts."""
+    """Outcome of a joint action: a state, equally likely rewards (one an agent), two facts."""
 
     after: Any
     outcomes: list
@@ -376,7 +376,7 @@ KINDS = {kind.__name__: kind for kind in (IQ, *IQ.__subclasses__())}
 
 @dataclass
 class Played:
-    """What became of one run, and the team that played it."""
+    """Result of one run, and the team that played it."""
 
     team: list
     diverged: bool = False
@@ -417,7 +417,7 @@ def choose(rng, team, sees, selection, temperature):
 
 
 def update(rng, team, moment, settings):
-    """Whether all changes are within bounds."""
+    """True if all changes are within bounds."""
     changes = []
     for agent in team:
         coin = rng.random() if settings.TOSSES else None

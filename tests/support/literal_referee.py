@@ -17,7 +17,7 @@ from pitchlore.pipeline.numbers.arrays import F64
 
 
 class Verdict(NamedTuple):
-    """What ends a stretch of play.
+    """End of a stretch of play.
 
     Attributes:
         due: the restart that is to come.
@@ -51,7 +51,7 @@ def zone(bodies: F64, laws: Laws) -> int:
 
 
 def crowds(bodies: F64, end: int, attacks: int, laws: Laws) -> dict[int, bool]:
-    """Whether each side has too many robots in the area at an end; ``attacks``: where home attacks."""
+    """True for each side that has too many robots in the area at an end; ``attacks``: where home attacks."""
     robots = (len(bodies) - 1) // 2
     inside = [_in(row[X], row[Y], end, laws) for row in bodies[1:]]
     home, away = sum(inside[:robots]), sum(inside[robots:])
@@ -66,12 +66,12 @@ def _run(frames: Sequence[bool]) -> int:
 
 
 def verdict(stretch: Sequence[F64], attacks: int, laws: Laws) -> Verdict | None:
-    """What the last frame of a stretch of play gives: a goal or a foul, or None.
+    """The call at the last frame of a stretch of play: a goal or a foul, or None.
 
     Args:
         stretch: the frames since the restart, in order; no frame but the last ends play.
         attacks: the direction in which home attacks.
-        laws: of the match.
+        laws: laws of the match.
     """
     rules, limits = laws.settings, laws.limits
     zones = [zone(bodies, laws) for bodies in stretch]

@@ -32,7 +32,7 @@ def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):
             is a robot that is not in the frame.
         referee: (seconds, event, team) each.
         periods: (start, end, direction of home) each, in seconds.
-        kind: of the pitch.
+        kind: kind of the pitch.
     """
     t_ns = ns(t_s) if t_ns is None else np.asarray(t_ns, dtype=np.int64)
     frames = len(t_ns)

@@ -1,4 +1,4 @@
-"""What perfect knowledge of a game allows: best joint play, best responses, equilibria of policies.
+"""Planning with perfect knowledge of a game: best joint play, best responses, equilibria of policies.
 
 A policy is int64 [S], the joint action in each state. What it is worth is the discounted sum of expected
 rewards until the episode ends. With discount 1 an episode may go on for ever without rewards, but where
@@ -91,7 +91,7 @@ def best_response(
 
 
 def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
-    """What a policy is worth to each agent from the game's start on, float64 [N].
+    """Value of a policy to each agent from the game's start on, float64 [N].
 
     Args:
         game: N agents.
@@ -111,7 +111,7 @@ def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERA
 
 
 def gains(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
-    """What each agent gains, from the game's start on, by its best deviation from a policy, float64 [N].
+    """Gain of each agent, from the game's start on, by its best deviation from a policy, float64 [N].
 
     Args, errors: as :func:`evaluate`. The result is at most the tolerance off.
     """
@@ -124,7 +124,7 @@ def gains(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE
 
 
 def is_equilibrium(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> bool:
-    """Whether no agent gains by deviating from a policy alone (paper, inequality 8), from the start on.
+    """True if no agent gains by deviating from a policy alone (paper, inequality 8), from the start on.
 
     What a policy does in states that it never comes to still matters: it is how the others answer a
     deviation. They need not answer wisely: this is a Nash equilibrium, not a perfect one.
@@ -176,7 +176,7 @@ def _deviations(game: Game, policy: I64, agent: int) -> I64:
 
 
 def _from_start(game: Game, joint: I64, agent: int, discount: float, tolerance: float) -> float:
-    """What an agent can have from the start on if only some joint actions [S, K] are taken.
+    """Best value of an agent from the start on if only some joint actions [S, K] are taken.
 
     States that these never lead to end at once: without discount they need not have a worth.
     """
@@ -186,7 +186,7 @@ def _from_start(game: Game, joint: I64, agent: int, discount: float, tolerance: 
 
 
 def _restricted(game: Game, joint: I64, agent: int) -> tuple[I64, F64, Bools]:
-    """What follows if only some joint actions [S, K] are taken: following, one agent's rewards, ends."""
+    """Game reduced to some joint actions [S, K]: following, one agent's rewards, ends."""
     rows = np.arange(game.states)[:, np.newaxis]
     return game.following[rows, joint], game.expected[rows, joint, agent], game.ends[rows, joint]
 

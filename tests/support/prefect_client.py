@@ -1,4 +1,4 @@
-"""What tests ask Prefect's server beside what its flows do, by Prefect's client: while the database is busy it asks again."""
+"""Questions of tests to Prefect's server, by Prefect's client: while the database is busy it asks again."""
 
 from __future__ import annotations
 

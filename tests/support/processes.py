@@ -20,7 +20,7 @@ def pitchlore(*words: object, before: str = "") -> list[str]:
 
 
 def eventually(what: Callable[[], T], seconds: float = 60.0, every: float = 0.02) -> T:
-    """What is waited for, as soon as it is there; looked for so often, seconds."""
+    """The awaited thing, as soon as it is there; looked for so often, seconds."""
     deadline = time.monotonic() + seconds
     while not (found := what()):
         assert time.monotonic() < deadline
@@ -29,7 +29,7 @@ def eventually(what: Callable[[], T], seconds: float = 60.0, every: float = 0.02
 
 
 def alive(pid: int) -> bool:
-    """Whether a process is there and no zombie that nobody here can wait for."""
+    """True if a process is there and no zombie that nobody here can wait for."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:

@@ -50,7 +50,7 @@ def imported(name: str) -> MatchLog:
 
 
 def same(one: MatchLog, two: MatchLog) -> bool:
-    """Whether two logs are equal to the last bit."""
+    """True if two logs are equal to the last bit."""
     return (
         one.info == two.info
         and all(

@@ -56,7 +56,7 @@ EDITS = {
     "schemas/__init__.py": [("from pitchlore.schemas.table import BODIES as BODIES", "from pitchlore.schemas.sprints import Sprints as Sprints\n")],
     "pipeline/settings.py": [
         ("class Settings(Frozen):", '''class SprintSettings(Frozen):
-    """Which robots have a row in the table of sprints.
+    """Robots that have a row in the table of sprints.
 
     Attributes:
         over: least top speed, m/s, exclusive.

@@ -37,7 +37,7 @@ def film(
         bodies: 'ball', 'home-1', … and their paths.
         seconds: from 0, exclusive.
         hz: samples a second.
-        roles: of robots; by default by their distance to their own goal.
+        roles: roles of robots; by default by their distance to their own goal.
     """
     t = np.arange(round(seconds * hz)) / hz
     places = {body: path(t) for body, path in bodies.items()}

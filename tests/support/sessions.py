@@ -1,4 +1,4 @@
-"""What all processes of a session share."""
+"""Folders and ports that all processes of a session share."""
 
 from __future__ import annotations
 

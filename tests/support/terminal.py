@@ -26,7 +26,7 @@ class Terminal:
     """A terminal in which one command runs.
 
     Args:
-        words: of the command line.
+        words: words of the command line.
         before: Python that the process runs before the command.
         environment: added to this process's.
         folder: in which the installed script is called; without one the command line is called here.
@@ -47,7 +47,7 @@ class Terminal:
 
     @property
     def text(self) -> str:
-        """What has been written; a terminal throws away what nobody has read yet when Ctrl-C is pressed."""
+        """Text written so far; a terminal throws away what nobody has read yet when Ctrl-C is pressed."""
         return self.said.decode(errors="replace")
 
     def press(self, keys: bytes = CTRL_C) -> None:

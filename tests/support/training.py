@@ -1,4 +1,4 @@
-"""What a team knows after training."""
+"""Knowledge of a team after training."""
 
 from pitchlore.pipeline.paradigms.runner import dynamics_of, learner_of, stream, trained
 

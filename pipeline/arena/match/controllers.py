@@ -88,8 +88,8 @@ class ScriptedController(Controller):
     """Plays a team of fixed rules.
 
     Args:
-        settings: of the team, which has a script.
-        recipe: of the match.
+        settings: settings of the team, which has a script.
+        recipe: recipe of the match.
         rng: decides what is left to chance.
         script: instead of the team's own; studies leave out a rule.
     """
@@ -153,7 +153,7 @@ class _Deciding(Controller):
     """Logs the decisions of a team.
 
     Args:
-        recipe: of the match.
+        recipe: recipe of the match.
         rng: decides what is left to chance.
         names: behaviour ids by the number that a decision holds, None for moves randomly.
     """
@@ -206,7 +206,7 @@ class LearnedController(_Deciding):
     Args:
         policy: rows of schema Policies, of one version; none if it knows nothing.
         settings: how it explores, and when it decides.
-        recipe: of the match.
+        recipe: recipe of the match.
         rng: decides what is left to chance.
     """
 
@@ -255,7 +255,7 @@ class AppraisingController(_Deciding):
         values: rows of schema Policies, of one version.
         appraisals: rows of schema Appraisals of the same version.
         settings: how often it decides and how it explores.
-        recipe: of the match.
+        recipe: recipe of the match.
         rng: decides what is left to chance.
     """
 
@@ -299,7 +299,7 @@ class PredictingController(Controller):
     Args:
         player: the team.
         frames: number of frames that are predicted, at least 1.
-        recipe: of the match.
+        recipe: recipe of the match.
     """
 
     def __init__(self, player: Controller, frames: int, recipe: Recipe) -> None:
@@ -330,10 +330,10 @@ def controller_of(
     """The controller of a team that plays by itself.
 
     Args:
-        settings: of the team.
-        recipe: of the match.
+        settings: settings of the team.
+        recipe: recipe of the match.
         team: 0 home, 1 away; its chances do not depend on the other's.
-        policy: of a learned team; None if it knows nothing.
+        policy: policy of a learned team; None if it knows nothing.
 
     Raises:
         BadSettings: if a person has to play it, if a team is to be blind that looks states up, if one that
@@ -375,9 +375,9 @@ def controllers_of(
     """The controllers of both teams, home and away.
 
     Args:
-        recipe: of the match.
+        recipe: recipe of the match.
         policies: policies by the label that the recipe's teams name.
-        live: those of home and away that do not play by themselves, a person's or another program's.
+        live: controllers of home and away that do not play by themselves, a person's or another program's.
 
     Raises:
         BadSettings: if a team needs such a controller and there is none.

@@ -52,7 +52,7 @@ class WheelController(Driven):
     is cut by the motors. At first wheels stand still.
 
     Args:
-        recipe: of the match.
+        recipe: recipe of the match.
     """
 
     def __init__(self, recipe: Recipe) -> None:
@@ -77,7 +77,7 @@ class BehaviourController(Driven):
     An action is an index in ``executors.actions.CODES``. At first robots stand (184).
 
     Args:
-        recipe: of the match.
+        recipe: recipe of the match.
         rng: decides what is left to chance: the wheels of random moves.
     """
 

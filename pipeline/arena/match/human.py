@@ -41,7 +41,7 @@ class HumanController(Controller):
     situations like those of any team.
 
     Args:
-        recipe: of the match.
+        recipe: recipe of the match.
         rng: decides what the team leaves to chance.
 
     Attributes:

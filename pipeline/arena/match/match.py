@@ -55,8 +55,8 @@ class Match:
     environment does, calls :meth:`whistle` and :meth:`move` in turn, a whistle first.
 
     Args:
-        recipe: of the match.
-        controllers: of home and away.
+        recipe: recipe of the match.
+        controllers: controllers of home and away.
         logged: whether frames are kept for :meth:`take`; without, memory does not grow.
 
     Attributes:

@@ -23,13 +23,13 @@ class Sides:
     """The two sides of an environment's matches.
 
     Args:
-        settings: of the environment.
+        settings: settings of the environment.
         opponent: word, or a learned team; None: both sides are driven.
-        side: of the driven team, if there is an opponent.
+        side: the driven team's side, if there is an opponent.
 
     Attributes:
         driven: the driven teams, 0 home, 1 away.
-        names: of home and away, to be shown.
+        names: names of home and away, to be shown.
     """
 
     def __init__(

@@ -23,8 +23,8 @@ class SteppedMatch:
     places when the next action is chosen. The match is not logged.
 
     Args:
-        recipe: of the match.
-        controllers: of home and away; those that are :class:`Driven` are driven.
+        recipe: recipe of the match.
+        controllers: controllers of home and away; those that are :class:`Driven` are driven.
 
     Attributes:
         match: the match; it stands at its kick-off at first.
@@ -52,7 +52,7 @@ class SteppedMatch:
         """Play some frames, fewer if the match ends.
 
         Args:
-            actions: of each driven team, see ``Driven.command``.
+            actions: actions of each driven team, see ``Driven.command``.
             frames: number of frames.
             until_goal: whether a goal ends the step.
             each: called after each frame.

@@ -46,7 +46,7 @@ class CameraSettings(Frozen):
 
     @property
     def off(self) -> bool:
-        """Whether bodies are seen as they are."""
+        """True if bodies are seen as they are."""
         return not any(
             (self.position_noise, self.heading_noise, self.latency_s, self.robot_unseen, self.ball_unseen)
         )

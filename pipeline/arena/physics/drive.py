@@ -34,7 +34,7 @@ def constants(settings: PhysicsSettings, moment: float) -> F64:
     """Constants of ``drive`` and ``roll``, float64 [10], SI units.
 
     Args:
-        settings: of the arena.
+        settings: settings of the arena.
         moment: a robot's moment of inertia, kg m².
     """
     load = settings.robot_mass * GRAVITY / 2

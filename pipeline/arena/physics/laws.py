@@ -92,7 +92,7 @@ class Marks(NamedTuple):
         mark_x: the marks of free balls and penalties (0.375).
         mark_y: the marks of free balls (0.40); those of penalties are at y = 0.
         circle: radius of the centre circle, and a robot's distance from a free ball (0.20).
-        corner: what the corners are cut off by, along each side (0.07).
+        corner: length cut off at each corner, along each side, m (0.07).
         near: distance within which a robot contests a stuck ball: 1.5 robot lengths (0.1125), or the
             contact distance if that is greater, as in 2D, where robots kick from afar.
         robot: half a robot's length.

@@ -348,7 +348,7 @@ def _robots_in(bodies: F64, area: int, law: Record) -> tuple[int, int]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _both_near(bodies: F64, near: float) -> bool:
-    """Whether each team has a robot at most ``near`` from the ball."""
+    """True if each team has a robot at most ``near`` from the ball."""
     robots = (bodies.shape[0] - 1) // 2
     home = away = False
     for row in range(1, bodies.shape[0]):
@@ -381,9 +381,9 @@ def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     that takes them. HALF is two events at one time, ``half`` and ``kick-off``.
 
     Args:
-        call: what :func:`watch` returned; nothing is told of PLAY_ON.
+        call: result of :func:`watch`; PLAY_ON gives no event.
         state: after that.
-        laws: of the match.
+        laws: laws of the match.
     """
     t_ns = laws.t_ns(int(state["frame"]) - 1)
     score = int(state["home_goals"]), int(state["away_goals"])

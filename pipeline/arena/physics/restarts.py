@@ -56,7 +56,7 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
         bodies: float64 [1 + 2 N, 6] in the pitch frame; overwritten.
         call: KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK or HALF, from ``watch``.
         state: the referee's, after that call.
-        laws: of the match.
+        laws: laws of the match.
         rng: draws one number, and three more a robot.
 
     Raises:

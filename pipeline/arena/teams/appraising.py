@@ -47,7 +47,7 @@ class Appraiser(NamedTuple):
         codes: int64 [C], the actions; the first is moves randomly, which is never appraised.
         allowed: bool [3, C], those of each role, by index in ROLES.
         first: int64 [C + 1]; the trees of action i are ``first[i]`` to ``first[i + 1]``, exclusive.
-        trees: of all actions, one action's after the other's; their base is 0.
+        trees: trees of all actions, one action's after the other's; their base is 0.
     """
 
     codes: I64
@@ -165,13 +165,13 @@ def decide(
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
-        direction: of the ball's last motion, radians; NaN if it never moved.
+        direction: direction of the ball's last motion, radians; NaN if it never moved.
         lead: own goals minus the adversary's.
         robots: records of :data:`pipeline.arena.teams.learned.ROBOT`, [N]; written.
         appraiser: the appraisals.
-        memory: of a blind team; written.
+        memory: memory of a blind team; written.
         whole: digits of the key that keeps all elements; decisions are logged with it.
-        edges: of the pitch.
+        edges: edges of the pitch.
         explore: chance that a robot takes any action instead of the best, in [0, 1].
         hold: number of decisions for which it then stays with this action, at least 1.
         held: int64 [N], how many of these are left; written. An action that a new role does not have ends.
@@ -229,7 +229,7 @@ def carry_on(
     Args:
         view: float64 [1 + 2 N, 6], the team's.
         robots: after :func:`decide`.
-        appraiser: whose actions they are.
+        appraiser: owner of the actions.
         packed: measures, ``Measures.packed()``.
         splitmix: draws the wheels of random moves.
         wheels: float64 [N, 2], written.

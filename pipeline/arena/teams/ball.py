@@ -28,13 +28,13 @@ _AHEAD_S = 0.5
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def touches(view: F64, row: int, m: Measures) -> bool:
-    """Whether a robot, here of any team, touches the ball."""
+    """True if a robot, here of any team, touches the ball."""
     return distance(view, row, BALL) < m.contact
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def has_ball(view: F64, robot: int, m: Measures) -> bool:
-    """Whether a robot touches the ball and heads at it within 30 degrees: the recogniser's has_ball."""
+    """True if a robot touches the ball and heads at it within 30 degrees: the recogniser's has_ball."""
     dx, dy = offset(view, robot, BALL)
     off = math.sqrt(dx * dx + dy * dy)
     if off >= m.contact:

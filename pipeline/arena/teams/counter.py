@@ -137,7 +137,7 @@ def _run(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gets(view: F64, robot: int, m: Measures) -> bool:
-    """Whether a pass comes to a robot: a ball that rolls fast and passes it closely."""
+    """True if a pass comes to a robot: a ball that rolls fast and passes it closely."""
     speed, _, _, aside = coming(view, robot, m)
     return speed > m.fast and abs(aside) < _NEAR * m.radius
 
@@ -152,7 +152,7 @@ def _pass(view: F64, mate: int) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _open(view: F64, mate: int, m: Measures) -> bool:
-    """Whether a pass to a teammate goes forward and no adversary stands in its way."""
+    """True if a pass to a teammate goes forward and no adversary stands in its way."""
     dx, dy = _pass(view, mate)
     if view[BALL, X] > _SHOOT * m.goal_x or dx < _FORWARD * m.radius:
         return False

@@ -51,7 +51,7 @@ class Policy(NamedTuple):
     Attributes:
         table: the values of behaviours in states.
         whole: digits of the key that keeps all elements; decisions are logged with it.
-        edges: of the pitch.
+        edges: edges of the pitch.
         explore: chance that a robot takes any behaviour of the state instead of the best, in [0, 1].
         clock: when robots decide.
     """
@@ -142,7 +142,7 @@ def decide(
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
-        direction: of the ball's last motion, radians; NaN if it never moved.
+        direction: direction of the ball's last motion, radians; NaN if it never moved.
         lead: own goals minus the adversary's.
         robots: records of :data:`ROBOT`, [N], as the frames before left them.
         policy: the values, and how they are explored.
@@ -189,7 +189,7 @@ def carry_on(
     Args:
         view: float64 [1 + 2 N, 6], the team's.
         robots: after :func:`decide`: every robot has a behaviour.
-        codes: of the policy table.
+        codes: codes of the policy table.
         clock: when robots decide.
         packed: measures, ``Measures.packed()``.
         splitmix: draws the wheels of random moves.

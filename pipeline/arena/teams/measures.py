@@ -26,7 +26,7 @@ class Measures(NamedTuple):
         area_half_width: half the goal area's width.
         contact: robot centre to ball centre when they touch, at most.
         touch: the same when the ball lies in the middle of the robot's face.
-        radius: of a robot.
+        radius: radius of a robot.
         close: crossing of the fuzzy distances CLOSE and NEAR.
         near: crossing of NEAR and FAR.
         far: crossing of FAR and VERY_FAR.

@@ -60,7 +60,7 @@ def predict(
         wheels: float64 [N, 2], the commands of the frame before, m/s.
         packed: measures, ``Measures.packed()``.
         acceleration: greatest change of a wheel's speed, m/s².
-        by: what is remembered; written.
+        by: memory of the predictor; written.
         out: float64 [1 + 2 N, 6], written.
     """
     m = packed[0]

@@ -239,19 +239,19 @@ def go(view: F64, robot: int, dx: float, dy: float, speed: float, m: Measures, w
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def at_hand(view: F64, robot: int, m: Measures) -> bool:
-    """Whether the ball is near enough to spin at, and not behind."""
+    """True if the ball is near enough to spin at, and not behind."""
     return bool(distance(view, robot, BALL) < _SPIN * m.radius and not_behind(view, robot, m))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def not_behind(view: F64, robot: int, m: Measures) -> bool:
-    """Whether the ball is ahead of a robot or beside it."""
+    """True if the ball is ahead of a robot or beside it."""
     return bool(view[BALL, X] > view[robot, X] - m.radius)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def for_keeper(view: F64, m: Measures) -> bool:
-    """Whether only the goalkeeper plays the ball: in the own goal area, or to be played from within it."""
+    """True if only the goalkeeper plays the ball: in the own goal area, or to be played from within it."""
     x, y = view[BALL, X], view[BALL, Y]
     ux, uy = shot(view, m)
     px, py = run_up(x, y, ux, uy, m)
@@ -260,20 +260,20 @@ def for_keeper(view: F64, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def kept(view: F64, rule: Record, m: Measures) -> bool:
-    """Whether field players leave the ball to the keeper."""
+    """True if field players leave the ball to the keeper."""
     return for_keeper(view, m) or (rule["yields"] and comes_in(view, m))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def comes_in(view: F64, m: Measures) -> bool:
-    """Whether the ball will be in the own goal area after ``_YIELD_S`` if it rolls on as it does."""
+    """True if the ball will be in the own goal area after ``_YIELD_S`` if it rolls on as it does."""
     x, y = view[BALL, X] + _YIELD_S * view[BALL, VX], view[BALL, Y] + _YIELD_S * view[BALL, VY]
     return in_area(x, y, m.radius, m)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def in_area(x: float, y: float, margin: float, m: Measures) -> bool:
-    """Whether a place is in the own goal area, made larger by a margin."""
+    """True if a place is in the own goal area, made larger by a margin."""
     return bool(x < -m.goal_x + m.area_depth + margin and abs(y) < m.area_half_width + margin)
 
 
@@ -285,7 +285,7 @@ def run_up(x: float, y: float, ux: float, uy: float, m: Measures) -> tuple[float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
-    """Whether a wall leaves no room beside a ball, or behind it to get ready for the direction (ux, uy)."""
+    """True if a wall leaves no room beside a ball, or behind it to get ready for the direction (ux, uy)."""
     side = 2.0 * m.radius
     if abs(y) > m.half_width - side or (abs(x) > m.goal_x - side and abs(y) > m.half_goal):
         return True

@@ -164,7 +164,7 @@ def along_walls(view: F64, robot: int, dx: float, dy: float, m: Measures) -> tup
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def held(view: F64, robot: int, m: Measures, wheels: F64) -> bool:
-    """Whether a robot hardly moves although its wheels turn, as if something is in its way.
+    """True if a robot hardly moves although its wheels turn, as if something is in its way.
 
     That is so if the floor passes under its wheels at less than ``_HINDERED`` of the speed that they are
     told, both wheels together (the projection on what they are told). Wheels that have to change their

@@ -43,8 +43,8 @@ class Team(NamedTuple):
     Attributes:
         name: the word that settings, commands and tables call it by.
         description: one sentence on how it plays.
-        colour: of its curves in plots, ``#RRGGBB``.
-        dashes: of these curves, a matplotlib line style.
+        colour: colour of its curves in plots, ``#RRGGBB``.
+        dashes: line style of these curves, a matplotlib line style.
         script: its rules; None if a policy or a person plays it (``pipeline.arena.match``).
     """
 

@@ -27,7 +27,7 @@ def window_class(where: str) -> type[Window]:
     """The window in which a person plays. It is loaded only here, because not everybody has pygame-ce.
 
     Args:
-        where: who asks, for the error.
+        where: asker, for the error.
 
     Raises:
         NotFound: if pygame is not installed.

@@ -41,7 +41,7 @@ class Asked(NamedTuple):
 
     Attributes:
         command: for the robot that they drive.
-        switch: which robot they want to drive instead, if any.
+        switch: robot that they want to drive instead, if any.
         paused: whether the match stands still.
         leave: whether they leave the match.
     """

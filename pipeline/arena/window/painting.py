@@ -38,7 +38,7 @@ class Picture(NamedTuple):
         home_attacks: +1 if home attacks +x, else -1.
         score: goals of home and away.
         clock_s: seconds played.
-        duration_s: of the match.
+        duration_s: duration of the match.
         driven: row of the robot that a person drives, None if they drive none.
         message: in large letters over the pitch; none if empty.
         hint: in small letters below the message.
@@ -58,8 +58,8 @@ class WindowPainter:
     """Paints frames of one match.
 
     Args:
-        pitch: of the match.
-        names: of home and away.
+        pitch: pitch of the match.
+        names: names of home and away.
         size: width and height, pixels.
         help_line: at the bottom.
     """

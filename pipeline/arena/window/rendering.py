@@ -26,7 +26,7 @@ class Rendering:
     Args:
         mode: ``rgb_array``, ``human`` or None.
         matches: settings of the matches.
-        names: of home and away.
+        names: names of home and away.
 
     Attributes:
         each: to be called after each frame; None if nobody looks at it.

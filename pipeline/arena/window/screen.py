@@ -32,7 +32,7 @@ class BaseWindow(ABC, Generic[_P]):
     """A window as a context manager; all gamepads that are or get connected are listened to.
 
     Args:
-        names: of home and away.
+        names: names of home and away.
         paused: whether what is shown stands still until the person goes on.
 
     Raises:
@@ -102,8 +102,8 @@ class Window(BaseWindow[Picture]):
     """The window in which a person plays.
 
     Args:
-        pitch: what is played on.
-        names: of home and away.
+        pitch: pitch of the match.
+        names: names of home and away.
         hz: frames of the match a second.
         paused: whether the match stands still until the person goes on.
     """
@@ -137,8 +137,8 @@ class Board(BaseWindow[Snapshot]):
     """The window that shows a match which others play, with the situation of each robot.
 
     Args:
-        pitch: what is played on.
-        names: of home and away.
+        pitch: pitch of the match.
+        names: names of home and away.
         robots: robots a side for whose situations there is room.
     """
 

@@ -50,8 +50,8 @@ class Cluster:
 
     Args:
         client: connected to the scheduler.
-        address: of the scheduler, for errors.
-        mirror: of the data folder, if that is in a bucket. Then the workers need not see the folder: each has
+        address: address of the scheduler, for errors.
+        mirror: copy of the data folder, if that is in a bucket. Then workers need not see it: each has
             a copy of its own, and what a worker writes is told to the copy here.
     """
 
@@ -129,7 +129,7 @@ def opened(address: str, width: int, root: Path) -> Iterator[Cluster]:
     """A cluster's workers, after a check that they can do the work of this command.
 
     Args:
-        address: of the scheduler, as tcp://host:port; empty for a cluster of processes for this command.
+        address: the scheduler's, as tcp://host:port; empty for a cluster of processes for this command.
         width: number of these processes.
         root: the data folder; all workers have to see it under this path.
 
@@ -258,7 +258,7 @@ def _call(
     Args:
         caller: the identity of its code.
         bucket: the URL of the data folder, and a moment, if it is in one.
-        work: what is done.
+        work: the task.
         arguments: its positional arguments.
         named: its named arguments.
 

@@ -1,4 +1,4 @@
-"""Those who do pieces of work."""
+"""Executors of tasks."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ R = TypeVar("R")
 
 
 class Crew(Protocol):
-    """Those who do pieces of work; several threads may give them work at once."""
+    """Executors of tasks; several threads may hand them tasks at once."""
 
     @property
     def width(self) -> int:
         """Number of pieces that are done at once; more of them wait."""
 
     def alone(self) -> Crew:
-        """Those who do a piece of work when there is no other."""
+        """Executors of the tasks of a run that has only one."""
 
     def path(self, path: Path) -> Path:
         """A path of this process as the workers name it."""

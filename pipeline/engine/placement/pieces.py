@@ -41,8 +41,8 @@ class Part:
     """Pieces of work that one worker does, one after the other. What is done is not done again.
 
     Args:
-        crew: those who do it.
-        function: of a module; does a piece. Its result may have ``transient`` as :class:`Failure`, and a
+        crew: executors of the task.
+        function: a module's; does a piece. Its result may have ``transient`` as :class:`Failure`, and a
             method ``after`` that makes it one with the result of an earlier try.
         pieces: its named arguments, by label.
 
@@ -108,8 +108,8 @@ def spread(
     """Do pieces of work without Prefect, as many at once as the crew can.
 
     Args:
-        crew: those who do them.
-        function: of a module; does a piece.
+        crew: executors of the tasks.
+        function: a module's function; does a piece.
         pieces: label and named arguments of each; taken when somebody is free.
         count: number of pieces.
 
@@ -117,7 +117,7 @@ def spread(
         Label and result of each, as it ends.
 
     Raises:
-        Exception: what the first piece that failed raised; those that have begun end, no other begins.
+        Exception: raised by the first piece that failed; pieces that have begun end, no other begins.
     """
     workers = crew if count > 1 else crew.alone()
 

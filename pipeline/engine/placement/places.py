@@ -23,7 +23,7 @@ class Place(NamedTuple):
     Attributes:
         kind: threads, processes, dask:local or dask.
         width: number of threads, processes or workers; of a cluster, which has its own, 0.
-        address: of the scheduler of a cluster, else empty.
+        address: address of the scheduler of a cluster, else empty.
     """
 
     kind: str

@@ -66,7 +66,7 @@ def match_of(dataset: TrackingDataset, source: SourceFile | None = None) -> Matc
     given (``MatchLog.heights``).
 
     Args:
-        dataset: of positions, in the order of time.
+        dataset: dataset of positions, in the order of time.
         source: the files that it was read from; None if it comes from elsewhere. The match's id is then of
             its positions.
 

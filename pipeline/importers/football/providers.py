@@ -27,7 +27,7 @@ class Provider:
     """A provider's files, and the function of kloppy that reads them.
 
     Attributes:
-        title: what a user calls it.
+        title: name for users.
         module: module of kloppy.
         function: its function.
         files: names of the function's arguments, in the order in which the files are given.
@@ -41,7 +41,7 @@ class Provider:
     many: str | None = None
 
     def usage(self) -> str:
-        """What files are given, as in a usage line."""
+        """Files to give, as in a usage line."""
         words = [name.upper() for name in self.files] + ([f"{self.many.upper()}…"] if self.many else [])
         return " ".join(words)
 
@@ -89,7 +89,7 @@ def open_files(
     Args:
         parts: name and bytes of each file, in the order of the provider's ``files``; gzipped or not.
         word: the provider, a key of ``PROVIDERS``.
-        limits: what reading may cost; ``megabytes`` is for all files together.
+        limits: bounds of reading's cost; ``megabytes`` is for all files together.
 
     Returns:
         The recording. Its hash is that of the provider's word and the files' own hashes, and its name that of

@@ -21,7 +21,7 @@ _REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins like a recording of packets."""
+    """True if the content begins like a recording of packets."""
     return is_recording(head)
 
 
@@ -44,7 +44,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 
 def _damage(source: SourceFile) -> tuple[list[Flaw], list[str]]:
-    """What is wrong with the file, by times from its first packet on, and why it is not whole."""
+    """Flaws of the file, by times from its first packet on, and the reason why it is not whole."""
     recording, first = Recording(source.content, source.name), None
     for packets in recording.packets():
         first = int(packets.t_ns[0]) if first is None else first

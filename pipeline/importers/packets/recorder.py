@@ -18,7 +18,7 @@ class Packet(NamedTuple):
     """A packet as it arrived.
 
     Attributes:
-        channel: of its stream.
+        channel: channel of its stream.
         t_ns: when it was received, Unix time in ns.
         data: its content.
     """
@@ -33,7 +33,7 @@ class PacketRecorder:
 
     Args:
         stream: buffered, writable; nothing has been written to it yet.
-        league: whose packets it records.
+        league: league of the packets that it records.
         addresses: where each stream is listened to, ``ADDRESS:PORT`` by the stream's name; for people.
 
     Raises:

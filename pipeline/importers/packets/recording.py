@@ -22,7 +22,7 @@ _WITHIN = 64
 
 
 def is_recording(head: bytes) -> bool:
-    """Whether content is a recording of packets, by its first bytes."""
+    """True if content is a recording of packets, by its first bytes."""
     return head.startswith(_BEGINS) and LIBRARY.encode() in head[:_WITHIN]
 
 
@@ -51,7 +51,7 @@ class Recording:
         where: its name, for errors and notes.
 
     Attributes:
-        league: whose packets it has.
+        league: league of its packets.
 
     Raises:
         DamagedLog: if it does not say whose packets it has, or declares more than is read.
@@ -85,7 +85,7 @@ class Recording:
         self._file.check(seen)
 
     def flaws(self) -> list[Flaw]:
-        """What is wrong with the file, as far as it was read; times are log times."""
+        """Flaws of the file, as far as it was read; times are log times."""
         return self._file.flaws
 
     def reasons(self) -> list[str]:

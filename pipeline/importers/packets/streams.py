@@ -1,4 +1,4 @@
-"""What the leagues send while a match is played, and where.
+"""Streams that the leagues send while a match is played, and their addresses.
 
 Sources: for SSL the defaults of the league's recorder (RoboCup-SSL/ssl-go-tools,
 ``cmd/ssl-log-recorder/ssl-log-recorder.go`` at 0b55551). For VSSS those of the league's referee
@@ -16,7 +16,7 @@ class Stream(NamedTuple):
     """One kind of packets of a league.
 
     Attributes:
-        name: of the stream, unique in its league.
+        name: name of the stream, unique in its league.
         channel: id of its channel in a recording; for SSL also the type of its messages in a game log.
         group: IPv4 address to which it is sent.
         port: UDP port.

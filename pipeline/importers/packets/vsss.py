@@ -116,7 +116,7 @@ class Said(NamedTuple):
 
 
 def are_commands(data: U8, start: I64, end: I64) -> Bools:
-    """Which packets are commands of the referee, bool [M]."""
+    """Mask of the referee's commands among the packets, bool [M]."""
     return _known(_decode_commands(data, start, end))
 
 
@@ -223,7 +223,7 @@ def _states(said: list[Said], t_ns: I64) -> list[str | None]:
 
 
 def _pitch(frames: F64) -> dict[str, object]:
-    """What the packets say of the pitch, in metres; the last packet that does counts."""
+    """Pitch as the packets give it, in metres; the last packet that does counts."""
     told = np.flatnonzero((frames[:, [LENGTH, WIDTH, GOAL_WIDTH, GOAL_DEPTH]] > 0).all(axis=1))
     if not len(told):
         return {"kind": Kind.VSSS}
@@ -233,7 +233,7 @@ def _pitch(frames: F64) -> dict[str, object]:
 
 
 def _frames(data: U8, top: Fields, count: int) -> F64:
-    """What packets say besides bodies, float64 [count, 7]; NaN where they say nothing."""
+    """Content of packets besides bodies, float64 [count, 7]; NaN where they say nothing."""
     frames = np.full((count, 7), np.nan)
     for number, column in ((_STEP, STEP), (_GOALS_BLUE, BLUE_GOALS), (_GOALS_YELLOW, YELLOW_GOALS)):
         of, value = top.varints(number)

@@ -65,7 +65,7 @@ class Record:
         players: side, number, state, x, y, vx, vy and body angle of each player, as written, [F].
         counters: counters of all players of a show line, in their order, [F].
         marks: index of the next show line, cycle, and a playmode or the goals of left and right.
-        names: of the left and the right team.
+        names: names of the left and the right team.
         skipped: number of lines that are not of the format.
         last_bad: whether the last line is one of them.
         lost: number of incomplete show lines since the last complete one.

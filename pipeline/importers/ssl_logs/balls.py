@@ -1,4 +1,4 @@
-"""Which of the balls that cameras see is the ball.
+"""The ball, chosen among the balls that cameras see.
 
 A false ball is mostly an orange thing that stays in view: a spare ball, a shoe, a pattern. So each ball that
 is seen is followed, and one that was seen together with the ball is another one, its rival. TIGERs Mannheim's

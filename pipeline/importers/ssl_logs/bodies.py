@@ -73,7 +73,7 @@ def choose_source(found: Survey, mapping: SslMap, source: SourceFile) -> Chosen 
 
 
 def _is_there(tracked: Span, seen: Span) -> bool:
-    """Whether a tracker was there for most of the vision's time."""
+    """True if a tracker was there for most of the vision's time."""
     return not seen.frames or tracked.seconds >= _MOST_OF_IT * seen.seconds
 
 

@@ -60,7 +60,7 @@ _ALL = 2 * ROBOTS
 
 
 class Limits(NamedTuple):
-    """What of the detections counts.
+    """Limits of the detections that count.
 
     Attributes:
         robot, ball: least confidence of a detection.
@@ -77,7 +77,7 @@ class Merger:
     """Makes samples of detections as they come; it remembers what the cameras saw before.
 
     Args:
-        limits: what counts.
+        limits: limits of the detections that count.
 
     Attributes:
         doubles: robots that were seen at two places at once; one of the two was left out.
@@ -170,7 +170,7 @@ class Merger:
         seen.bodies[:, THETA] -= np.where(near & np.isfinite(back), back, 0)
 
     def _agreed(self, seen: _Seen, groups: Groups, t: F64) -> Bools:
-        """Which detections of a robot make its place, bool [D].
+        """Mask of the detections that make a robot's place, bool [D].
 
         A robot that seems to be at two places is where it was last, else where the more confident one is.
         """
@@ -270,7 +270,7 @@ class _Seen(NamedTuple):
     bodies: F64
 
     def where(self, chosen: Bools | I64) -> _Seen:
-        """Those that are chosen."""
+        """The chosen ones."""
         return _Seen(self.round_of[chosen], self.slot[chosen], self.captured[chosen], self.t[chosen],
                      self.bodies[chosen])
 

@@ -54,7 +54,7 @@ def events(
     Each note is the league's word.
 
     Args:
-        told: what the referee says, where it changes.
+        told: the referee's states, where they change.
         home: the colour that is home, YELLOW or BLUE.
         t_ns: time of what is told, ns.
         source: the recording.

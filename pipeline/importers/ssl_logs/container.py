@@ -58,7 +58,7 @@ class Batch(NamedTuple):
         packets: int64 [M, 2], which message of the file each is, from 0, and when it was received, ns.
         kind: int32 [M], its type.
         start, end: int64 [M], where its content is in ``data``, without its head; end is exclusive.
-        part: which log of the file they are of, from 0.
+        part: number of their log in the file, from 0.
     """
 
     data: U8
@@ -83,14 +83,14 @@ class UnusableLogError(Exception):
 
 @dataclass(slots=True)
 class Damage:
-    """What is wrong with a container, as far as it was read.
+    """Flaws of a container, as far as it was read.
 
     Attributes:
         skipped: for each place, receive time of the last message before (None at the start), and number of
             bytes in which no message was found.
         cut: bytes of an incomplete message at the end of the file.
         parts: receive time of the last message before each further log of the file.
-        versions: of each log.
+        versions: versions of each log.
     """
 
     skipped: list[tuple[int | None, int]] = field(default_factory=list)
@@ -108,7 +108,7 @@ class Container:
         pieces: the log's bytes in order; a piece may end anywhere.
 
     Attributes:
-        damage: what was found to be wrong so far.
+        damage: flaws found so far.
         messages: number of messages so far, without indexes.
     """
 
@@ -310,7 +310,7 @@ class _Likely:
 
 
 def _near(received: I64, last: int) -> Bools:
-    """Which messages were received when the others were."""
+    """Mask of the messages that were received within a day of the last, bool [M]."""
     near: Bools = received > 0
     if last > 0:  # no difference of two times after 1970 is too large for its type
         near &= np.abs(np.maximum(received, 0) - last) < _DAY_NS

@@ -47,7 +47,7 @@ _COLOURS = ("yellow", "blue")
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins like an SSL log."""
+    """True if the content begins like an SSL log."""
     return head.startswith(MAGIC)
 
 
@@ -227,7 +227,7 @@ def _started(samples: Gathered) -> datetime | None:
 def _settings(
     found: Survey, chosen: Chosen | None, mapping: TrackingMap, told_pitch: Pitch | None
 ) -> dict[str, object]:
-    """What the match was made from, as JSON values."""
+    """Settings and sources that the match was read by, as JSON values."""
     return {
         "map": mapping.settings(),
         "version": found.damage.versions[0],

@@ -38,14 +38,14 @@ class Team(NamedTuple):
 
 
 class Told(NamedTuple):
-    """What the referee says from a packet on.
+    """The referee's state from a packet on.
 
     Attributes:
         order: number of the packet in the file.
         received: when it was received, ns.
         part: log of the file that it is in.
         stage, command: see ``commands``.
-        counter: of commands; it rises with each.
+        counter: counter of commands; it rises with each.
         blue_on_positive: whether blue's goal is at +x; None where the packet does not say.
         teams: yellow and blue.
     """
@@ -91,7 +91,7 @@ class RefereeLog:
             self._add(batch, rows[mine], packets[mine], source)
 
     def told(self) -> list[Told]:
-        """What the game controller with the most packets said, in the order of the file."""
+        """Messages of the game controller with the most packets, in the order of the file."""
         if not self._packets:
             return []
         return self._told[self._packets.most_common(1)[0][0]]

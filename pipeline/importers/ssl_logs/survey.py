@@ -1,4 +1,4 @@
-"""What is in a log: found by reading it once, before its bodies are read."""
+"""Survey of a log: one reading of it before its bodies are read."""
 
 from __future__ import annotations
 
@@ -67,20 +67,20 @@ class Part:
 
 @dataclass(slots=True)
 class Survey:
-    """What a log has.
+    """Contents of a log.
 
     Attributes:
-        damage: of the container.
+        damage: damage of the container.
         parts: logs of the file that have messages.
         used: number of the first logs of the file that are one match; the rest is left out.
-        sizes: of the pitch, and how often the log gives each.
+        sizes: sizes of the pitch, and how often the log gives each.
         vision: frames of all cameras.
         cameras: frames of each camera.
         senders: frames of each camera and sender (``senders.Senders``), and
-        left_out: those that are left out.
+        left_out: records that are left out.
         ahead: seconds by which clocks of cameras and senders are ahead, where they are.
         trackers: frames of each tracker, by uuid and name.
-        told: what the referee said.
+        told: the referee's messages.
         referee_packets: number of the referee's packets.
         lost: vision packets that cannot be decoded.
         damaged: packets of the referee that cannot be decoded.
@@ -141,7 +141,7 @@ def _read(log: Container, found: Survey, source: SourceFile) -> None:
 
 
 def _is_of_match(found: Survey, batch: Batch) -> bool:
-    """Whether a batch is of the match with which the file begins; it is counted either way."""
+    """True if a batch is of the match with which the file begins; it is counted either way."""
     while len(found.parts) <= batch.part:
         found.parts.append(Part())
     part = found.parts[batch.part]

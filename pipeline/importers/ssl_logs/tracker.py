@@ -47,7 +47,7 @@ def samples(batch: Batch, uuid: str, visibility: float) -> tuple[Samples, Unused
 
     Args:
         batch: tracker packets, of any source.
-        uuid: of the source.
+        uuid: id of the source.
         visibility: bodies with this visibility or less are left out.
     """
     packets, damaged = fields(batch.data, batch.start, batch.end)

@@ -75,7 +75,7 @@ class Detections(NamedTuple):
 
 
 class Unused(NamedTuple):
-    """What of some vision packets could not be used.
+    """Counts of the vision packets that could not be used, by reason.
 
     Attributes:
         damaged: packets that cannot be decoded.
@@ -112,7 +112,7 @@ def heads(batch: Batch, packets: Fields, damaged: Bools) -> Heads:
     Args:
         batch: vision packets.
         packets: their fields, and
-        damaged: which of them are damaged, bool [M].
+        damaged: mask of the damaged ones, bool [M].
     """
     detection = packets.spans(f.WRAPPER_DETECTION)
     inside, broken = fields(batch.data, detection.value, detection.end)

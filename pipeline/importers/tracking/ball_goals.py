@@ -131,7 +131,7 @@ def ball_goals(ball: Ball, pitch: Pitch) -> list[BallGoal]:
 
 
 def _too_far(way: F64, step_s: F64, pitch: Pitch) -> Bools:
-    """Whether the ball cannot have moved so far from one sample to the next, bool, as ``way`` (metres).
+    """Mask of ways too long for the ball from one sample to the next, bool, shaped as ``way`` (metres).
 
     Where samples are missing, a tenth of the pitch is too far: they may have been taken out, with all that
     went on meanwhile.
@@ -143,7 +143,7 @@ def _too_far(way: F64, step_s: F64, pitch: Pitch) -> Bools:
 
 
 def _cuts(ball: Ball, pitch: Pitch) -> Bools:
-    """Whether the ball was not seen to move to a sample from the one before it, bool [S]."""
+    """Mask of samples to which the ball was not seen to move from the one before, bool [S]."""
     step_s = np.diff(ball.t_ns) / 1e9
     way = np.hypot(np.diff(ball.x), np.diff(ball.y))
     cuts: Bools = np.concatenate(([True], (step_s > _GAP_S) | _too_far(way, step_s, pitch)))
@@ -180,7 +180,7 @@ def _visits(ball: Ball, pitch: Pitch, cuts: Bools) -> Iterator[_Visit]:
 
 
 def _came(ball: Ball, pitch: Pitch, first: int, *, cut: bool) -> bool:
-    """Whether the ball came into the goal by its front, as far as that was seen."""
+    """True if the ball came into the goal by its front, as far as that was seen."""
     if first == 0:
         return False
     x, y = np.abs(ball.x[first - 1:first + 1]), ball.y[first - 1:first + 1]
@@ -195,7 +195,7 @@ def _came(ball: Ball, pitch: Pitch, first: int, *, cut: bool) -> bool:
 
 
 def _seen_in(ball: Ball, inside: Bools, last: int) -> bool:
-    """Whether the ball is next seen in a goal, soon after sample ``last``."""
+    """True if the ball is next seen in a goal, soon after sample ``last``."""
     after = last + 1
     soon = after < len(inside) and ball.t_ns[after] - ball.t_ns[last] <= round(_HIDDEN_S * 1e9)
     return bool(soon and inside[after])

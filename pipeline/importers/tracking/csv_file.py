@@ -23,7 +23,7 @@ _MARKUP = (b"{", b"[", b"<")
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins with a header of names and a row of as many fields, one a number.
+    """True if the content begins with a header of names and a row of as many fields, one a number.
 
     Or with two rows that are alike, each with at least three numbers: a table without a header. A row of more
     fields, by commas, may have decimal commas; reading it says so.
@@ -46,12 +46,12 @@ def tells(head: bytes) -> bool:
 
 
 def is_markup(head: bytes) -> bool:
-    """Whether the content begins as JSON or XML does."""
+    """True if the content begins as JSON or XML does."""
     return as_utf8(head).utf8.lstrip()[:1] in _MARKUP
 
 
 def _alike(one: list[str], two: list[str]) -> bool:
-    """Whether two rows are of one table: as long, with numbers in the same places, where neither is empty."""
+    """True if two rows are of one table: as long, with numbers in the same places, where neither is empty."""
     numbers = min(sum(map(is_number, row)) for row in (one, two))
     return numbers >= _NUMBERS and len(one) == len(two) and all(
         is_number(a) == is_number(b) for a, b in zip(one, two, strict=True) if a and b)

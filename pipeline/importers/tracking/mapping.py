@@ -175,7 +175,7 @@ class TrackingMap(_Map):
         return self.model_dump(mode="json", exclude_defaults=True)
 
     def numbers_columns(self) -> bool:
-        """Whether it numbers a column of the file, as it has to where they have no names."""
+        """True if it numbers a column of the file, as it has to where they have no names."""
         named = [self.columns, *self.bodies.values()]
         return any(isinstance(theirs, int) for columns in named for _, theirs in columns)
 

@@ -62,7 +62,7 @@ def match_of(
         source: the file; the table is not read from it again.
         mapping: how to read another form.
         cut: why rows are missing at its end, else None.
-        flaws: what was found wrong with the file.
+        flaws: flaws found in the file.
 
     Raises:
         BadRecording: if it is no such table; the message says what it lacks.
@@ -304,7 +304,7 @@ def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
 
 
 def _seen(rows: _Rows) -> Bools:
-    """Whether each row has a position, bool [N]."""
+    """Mask of rows with a position, bool [N]."""
     return np.isfinite(rows.column("x")) & np.isfinite(rows.column("y"))
 
 

@@ -21,7 +21,7 @@ _MAGIC = b"PAR1"
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins with Parquet's magic bytes."""
+    """True if the content begins with Parquet's magic bytes."""
     return head.startswith(_MAGIC)
 
 

@@ -1,4 +1,4 @@
-"""What tells the goals of a tracking table: its score, its states, its kick-offs, or the ball."""
+"""Goals of a tracking table, from its score, its states, its kick-offs, or the ball."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AFTER: dict[Sequel, str] = {
 
 
 class Lack(NamedTuple):
-    """What a recording lacks that would tell goals, and what to do about it."""
+    """Lack of anything that tells goals in a recording, and its cure."""
 
     what: str
     cure: str
@@ -41,13 +41,13 @@ OF_A_TABLE = Lack(
 
 
 class Scoring(NamedTuple):
-    """What tells the goals of a table.
+    """Origin of the goals of a table.
 
     Attributes:
         origin: None if nothing does.
         found: goals that were found from the ball; empty if something else tells goals, and their teams.
-        confidence: of each of them by its time, ns, if the ball is all that tells goals.
-        flaws: what is to be known of it.
+        confidence: confidence in each of them by its time, ns, if the ball alone tells goals.
+        flaws: notes that the user has to know.
     """
 
     origin: Origin | None
@@ -56,7 +56,7 @@ class Scoring(NamedTuple):
     flaws: tuple[Flaw, ...] = ()
 
     def settings(self) -> dict[str, object]:
-        """What the match's log keeps of it, as JSON values."""
+        """Part of it that the match's log keeps, as JSON values."""
         sure = {str(t_ns): confidence for t_ns, confidence in self.confidence}
         return {"from": self.origin} | ({"confidence": sure} if sure else {})
 
@@ -65,7 +65,7 @@ def scoring(
     course: Course, said: Said, periods: Sequence[Period], unknown: Sequence[tuple[int, int]], pitch: Pitch,
     finding: GoalFinding, lack: Lack = OF_A_TABLE,
 ) -> Scoring:
-    """What tells the goals of a table, and those that the ball tells.
+    """Origin of the goals of a table, and the goals found from the ball.
 
     A score goes before states that say goal, these before kick-offs. Where there is none of these, goals are
     found from the ball. Where no kick-off names a team, the ball tells the team that scored before it.
@@ -77,7 +77,7 @@ def scoring(
         unknown: stretches [start, end) in which that is not known, ns.
         pitch: pitch of the match.
         finding: whether to look at the ball, and how sure a goal has to be.
-        lack: what the recording lacks if it has neither score nor states.
+        lack: the recording's lack if it has neither score nor states.
     """
     tokens = [token for known in said.values() for token in known]
     kicking_off = {token.team for token in tokens if token.event == "kick-off"}

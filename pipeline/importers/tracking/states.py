@@ -62,7 +62,7 @@ class Found(NamedTuple):
 
     Attributes:
         frame: index of its frame.
-        team: that scored; None where unknown.
+        team: team that scored; None where unknown.
         note: how it was found.
         restart: index of the frame at which play may go on; None if never.
         kick_off: whether that is a kick-off.
@@ -104,7 +104,7 @@ def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Tok
 
     Args:
         state: as in the file; the map is asked for the whole of it before its parts.
-        names: of home and away.
+        names: names of home and away.
         mapping: its ``states`` take precedence over ``WORDS``.
     """
     found = []
@@ -289,13 +289,13 @@ def referee_events(
 
 
 def _begins(said: Said) -> bool:
-    """Whether the match begins in the recording: a kick-off is the first event that does not stop play."""
+    """True if the match begins in the recording: a kick-off is the first event that does not stop play."""
     events = (token.event or "stop" for index in sorted(said) for token in said[index])
     return next((event for event in events if event not in STOPS - {"goal"}), None) == "kick-off"
 
 
 def _told(course: Course, said: Said, goal: Found) -> bool:
-    """Whether the states themselves say when play goes on after a goal that was found."""
+    """True if the states themselves say when play goes on after a goal that was found."""
     assert goal.restart is not None
     until = course.t_ns[goal.restart] + _STATE_LATE_NS
     return any(goal.frame < index and course.t_ns[index] <= until for index in said)

@@ -26,7 +26,7 @@ class Text(NamedTuple):
 
     Attributes:
         utf8: it in UTF-8, without a mark.
-        note: what it was taken for, if it does not say so itself; else None.
+        note: interpretation of it, if it does not give one itself; else None.
     """
 
     utf8: bytes
@@ -89,10 +89,10 @@ def fields(line: str, mark: str) -> list[str]:
 
 
 def is_number(text: str) -> bool:
-    """Whether a field is a number, with a decimal point or a decimal comma."""
+    """True if a field is a number, with a decimal point or a decimal comma."""
     return _NUMBER.fullmatch(text) is not None
 
 
 def headless(names: list[str]) -> bool:
-    """Whether the first line of a table is a row and no header: one of its fields is a number."""
+    """True if the first line of a table is a row and no header: one of its fields is a number."""
     return any(is_number(name) for name in names)

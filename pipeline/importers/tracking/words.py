@@ -46,7 +46,7 @@ def meant(column: str, wanted: str, found: Sequence[str], taken: Collection[str]
         column: ours.
         wanted: its name in the map.
         found: the file's columns.
-        taken: those of them that are read as other columns.
+        taken: names among them that are read as other columns.
     """
     some = found[:_AT_MOST]
     free = {bare(name): name for name in reversed(some) if name not in taken and bare(name)}

@@ -83,7 +83,7 @@ def of_goals(
 
 
 def _done(situations: pl.DataFrame) -> dict[tuple[int, str], list[_Done]]:
-    """What the robots did with the ball, by segment and team, from its start on."""
+    """Spells of the robots with the ball, by segment and team, from its start on."""
     of = ("segment", "team")
     rows = situations.filter(pl.col("code").is_in(list(DONE))).select(*of, *_Done._fields)
     found = rows.sort("start_ns", "robot", "code").rows_by_key(of)

@@ -17,7 +17,7 @@ class Spell(NamedTuple):
 
     Attributes:
         team: its team.
-        start_ns, end_ns: of the first and the last possession; the end is exclusive.
+        start_ns, end_ns: start of the first possession, and end of the last; the end is exclusive.
         until_ns: when the other team has the ball, or play stops; from its end on there is a duel.
         held_s: duration of the possessions, without the duels, s.
         robots: numbers of its robots, in the order in which they had the ball.
@@ -57,7 +57,7 @@ def spells(
         possession: rows of schema Possession of one match.
         passes: rows of schema Passes of that match.
         trajectories: rows of schema Trajectories of that match.
-        names: what each side is called.
+        names: name of each side.
     """
     owned = possession.with_columns(
         pl.col("team").cast(pl.String),

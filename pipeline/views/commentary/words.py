@@ -43,7 +43,7 @@ def clock(t_ns: int) -> str:
 
 
 def called(home: str, away: str) -> dict[str, str]:
-    """What each side is called: its team, and the side, too, where a team plays itself."""
+    """Name of each side: its team, and the side, too, where a team plays itself."""
     return {side: name if home != away else f"{name} ({side})"
             for side, name in (("home", home), ("away", away))}
 

@@ -1,4 +1,4 @@
-"""What is exported of a match, whatever the format."""
+"""Content of an export, whatever the format."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Content:
         return 1e9 / float(np.median(steps)) if len(steps) else 1.0
 
     def in_play(self) -> pl.Series:
-        """Whether play is on at each sample in order of time, bool [F]."""
+        """Mask of samples in play, in order of time, bool [F]."""
         times = pl.DataFrame({"t_ns": self.times()})
         if self.trajectories.is_empty():
             return pl.Series([True] * len(times))
@@ -99,7 +99,7 @@ def places(bodies: pl.DataFrame) -> dict[tuple[str, int | None], tuple[I64, F64]
     """By body (team, player): int64 [n] times at which it was seen, float64 [n, 4] x, y, z, heading.
 
     Args:
-        bodies: of :meth:`Content.bodies`.
+        bodies: bodies of :meth:`Content.bodies`.
     """
     seen = bodies.drop_nulls(["x", "y"]).with_columns(pl.col("z", "heading").cast(pl.Float64))
     return {

@@ -19,7 +19,7 @@ class Format:
     """A format of exports.
 
     Attributes:
-        about: what reads it, for people.
+        about: programs that read it, for people.
         write: function from a match to its files.
         needs: nouns whose tables it needs, besides the match's log.
     """

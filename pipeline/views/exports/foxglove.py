@@ -198,7 +198,7 @@ def _thinned(bodies: pl.DataFrame) -> Iterator[tuple[int, list[dict[str, Any]]]]
 
 
 def _situations(content: Content) -> Iterator[JsonMessage]:
-    """What each robot does, over it and in the log: a text from the situation's start to its end."""
+    """Situation of each robot, over it and in the log: a text from its start to its end."""
     scales = SCALES[content.log.info.pitch.kind]
     rows = content.situations.sort("start_ns", "team", "robot")
     changes = [(row["start_ns"], 1, row) for row in rows.to_dicts()]

@@ -104,7 +104,7 @@ def _bodies(stream: rr.RecordingStream, content: Content) -> None:
 
 
 def _situations(stream: rr.RecordingStream, content: Content) -> None:
-    """What each robot does, as a lane of states; no state where it does nothing that has a name."""
+    """Situations of each robot, as a lane of states; no state where it does nothing that has a name."""
     by = content.situations.with_columns(pl.col("team").cast(pl.String)).sort("team", "robot", "start_ns")
     for (team, robot), rows in by.partition_by(["team", "robot"], as_dict=True, maintain_order=True).items():
         starts, ends = rows["start_ns"].to_numpy(), rows["end_ns"].to_numpy()

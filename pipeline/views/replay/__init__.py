@@ -280,14 +280,14 @@ def _worn(home: str, away: str, pitch: Pitch) -> dict[str, str] | None:
 
 
 def _passes(passes: pl.DataFrame) -> list[tuple[Any, ...]]:
-    """Of each pass: times of pass and receipt, team, robot, receiver, direction, whether it is through."""
+    """Times of each pass and its receipt, team, robot, receiver, direction, whether it is through."""
     return passes.sort("t_ns").select(
         milliseconds("t_ns"), milliseconds("received_ns"), pl.col("team").cast(pl.String), "robot",
         "receiver", pl.col("direction").cast(pl.String), "through").rows()
 
 
 def _shots(shots: pl.DataFrame) -> list[tuple[Any, ...]]:
-    """Of each shot: time, team, robot, outcome, and distance in metres, to the centimetre."""
+    """Time of each shot, team, robot, outcome, and distance in metres, to the centimetre."""
     return shots.sort("t_ns").select(
         milliseconds("t_ns"), pl.col("team").cast(pl.String), "robot", pl.col("outcome").cast(pl.String),
         pl.col("distance").cast(pl.Float64).round(2)).rows()

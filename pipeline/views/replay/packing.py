@@ -67,7 +67,7 @@ def quantum_of(pitch: Pitch, near: float) -> float:
 
 
 class Samples(NamedTuple):
-    """What is shown of S samples and B bodies.
+    """Packed tracks of S samples and B bodies.
 
     Attributes:
         ticks: times since the first sample of the match, int64 [S].
@@ -92,7 +92,7 @@ class Samples(NamedTuple):
                        self.y[:, kept], self.theta[:, kept])
 
     def near(self, metres: float) -> Bools:
-        """Which samples to keep, so that the page's lines between them pass so near all others, bool [S]."""
+        """Mask of samples to keep: the page's lines between them pass so near all others, bool [S]."""
         from pitchlore.pipeline.views.replay.thinning import thinned  # noqa: PLC0415 (numba, which `replay` does without)
 
         cut = ~self.joined
@@ -127,7 +127,7 @@ class Samples(NamedTuple):
 
 
 def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float) -> Samples:
-    """What is shown of the trajectories."""
+    """Packed tracks of the trajectories."""
     rows = (
         trajectories.select("frame", "team", "robot", "x", "y", "theta", "suspect")
         .join(bodies, on=["team", "robot"], nulls_equal=True)

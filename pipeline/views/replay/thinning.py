@@ -13,14 +13,14 @@ LONGEST_S = 0.25
 
 @njit(cache=True, nogil=True)
 def thinned(times: F64, values: F64, near: F64, cut: Bools) -> Bools:
-    """Which samples to keep, so that lines between them are ``near`` all that are left out.
+    """Mask of samples to keep, so that lines between them are ``near`` all that are left out.
 
     A sample is the next one that is kept if it is the last to which a line from the one before passes near
     all between them: the greedy choice (Imai and Iri 1986; in process data the swinging door).
 
     Args:
-        times: of the samples, seconds, increasing but for cuts, float64 [S].
-        values: of each channel at each sample, float64 [C, S].
+        times: times of the samples, seconds, increasing but for cuts, float64 [S].
+        values: values of each channel at each sample, float64 [C, S].
         near: how far a line may pass, by channel, in its unit, float64 [C].
         cut: where a sample does not go on from the one before, bool [S]; both are kept.
 

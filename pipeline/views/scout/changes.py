@@ -1,4 +1,4 @@
-"""What changed from the first to the second half, beside what chance gives."""
+"""Changes from the first to the second half, beside those of chance."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Change(NamedTuple):
 
     @property
     def beyond(self) -> bool:
-        """Whether it is larger than chance gives."""
+        """True if it is larger than chance gives."""
         return self.low is not None and self.high is not None and not self.low <= self.value <= self.high
 
 
@@ -51,7 +51,7 @@ def change_of_count(first: int | None, second: int | None, seconds: tuple[float,
 
     Args:
         first: the count in the first half; None where it is not known.
-        second: that in the second.
+        second: the count in the second half.
         seconds: how long each half lasts.
     """
     if first is None or second is None:

@@ -1,4 +1,4 @@
-"""What the pages say about matches and teams, from tables."""
+"""Facts of the pages about matches and teams, from tables."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class Numbers(NamedTuple):
     Attributes:
         possession: share of the time in which a team has the ball; None if none has it at all.
         territory: share of the ball's time in play in the adversary's half; None if it is never seen.
-        passes: that arrived.
-        through: of these, through passes.
+        passes: number of passes that arrived.
+        through: number of through passes among these.
         shots: on target.
         wide: shots past the post.
         goals: goals then, by the table goals; over a whole match the final score; None where that is unknown.
@@ -161,7 +161,7 @@ def halves(tables: Tables) -> list[tuple[str, int, int]]:
 
 
 def markers(trajectories: pl.DataFrame) -> pl.DataFrame:
-    """Who marks whom: for each robot, the adversary that it is nearest to most of the time in play.
+    """Marking: for each robot, the adversary that it is nearest to most of the time in play.
 
     Returns:
         Columns team, robot, marks (its number), share (of the robot's samples), sorted by team and robot.
@@ -261,7 +261,7 @@ def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None
     No end of an interval is below 0, and that of a share is not above 1: no such number is.
 
     Args:
-        each: of each match the team's numbers, and its minutes.
+        each: the team's numbers in each match, and its minutes.
     """
     found = {}
     for name in Numbers._fields:

@@ -1,4 +1,4 @@
-"""What followed the occurrences of behaviours: shots and goals, for and against, within some seconds."""
+"""Shots and goals, for and against, within some seconds after the occurrences of behaviours."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ KINDS = {"shot": ("shots", True), "goal": ("goals", True),
 
 
 class Following(NamedTuple):
-    """What followed the occurrences of a behaviour.
+    """Shots and goals after the occurrences of a behaviour.
 
     Attributes:
         n: number of occurrences.
-        shot, goal: of these, followed by a shot and by a goal of the team.
+        shot, goal: numbers of these that a shot and a goal of the team followed.
         against, conceded: the same of the adversary.
     """
 
@@ -34,7 +34,7 @@ class Following(NamedTuple):
 def followed_by(
     found: pl.DataFrame, shots: pl.DataFrame, goals: pl.DataFrame, trajectories: pl.DataFrame
 ) -> pl.DataFrame:
-    """Which occurrences a shot or a goal followed.
+    """Masks of the occurrences that a shot or a goal followed.
 
     It counts from an occurrence's start to FOLLOWS_S after its end (both included), before play stops. So a
     shot within the occurrence counts, too. Shots past the post count.
@@ -72,6 +72,6 @@ def followed_by(
 
 
 def following(found: pl.DataFrame) -> dict[str, Following]:
-    """What followed each behaviour, by its id, from occurrences of :func:`followed_by`."""
+    """Shots and goals after each behaviour, by its id, from occurrences of :func:`followed_by`."""
     counts = found.group_by("behaviour_id").agg(pl.len(), *(pl.col(name).sum() for name in KINDS))
     return {row[0]: Following(*row[1:]) for row in counts.iter_rows()}

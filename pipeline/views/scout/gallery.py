@@ -29,7 +29,7 @@ class Clip(NamedTuple):
     Attributes:
         match: id.
         team: home or away.
-        robot: whom to watch, or NOBODY.
+        robot: robot to watch, or NOBODY.
         start_s: from when, seconds.
         end_s: until when.
         says: best, worst or typical, and its value.

@@ -41,13 +41,13 @@ def maps(
     neurons: pl.DataFrame, grams: pl.DataFrame, behaviours: pl.DataFrame, names: Mapping[int, str],
     shown: Collection[str],
 ) -> list[dict[str, Any]]:
-    """What the page says of each map of a team, the longest grams first.
+    """Text of the page on each map of a team, the longest grams first.
 
     Args:
         neurons: rows of schema Neurons of the team.
         grams: rows of schema Grams of the team.
         behaviours: from :func:`lying`, by evidence.
-        names: of the situations, by code.
+        names: names of the situations, by code.
         shown: ids of the behaviours that have a card in the gallery.
     """
     return [_map(int(n), rows.sort("neuron"), grams.filter(n=n), behaviours.filter(n=n), names, shown)

@@ -13,8 +13,8 @@ def moment(
         match: id of the match.
         at: when, seconds since the first sample.
         team: home or away, the side of the robot.
-        robot: whom to watch; nobody if it is None or negative.
-        behaviour: what the replay is to look for, a behaviour's id or a code.
+        robot: robot to watch; nobody if it is None or negative.
+        behaviour: a behaviour's id or a code, which the replay looks for.
         up: leads from the page to the scout's folder.
         of: id of the match whose replay the page's addresses begin at; its moments need no file.
     """

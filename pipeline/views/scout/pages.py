@@ -35,10 +35,10 @@ def page(name: str, *, up: str = "", of: str | None = None, **facts: Any) -> byt
     """A page from its template.
 
     Args:
-        name: of the template.
+        name: name of the template.
         up: leads from the page to the scout's folder.
         of: id of the match that the page is of: its addresses begin at the match's replay.
-        facts: what the template says.
+        facts: values for the template.
     """
     return _environment().get_template(f"{name}.html").render(up=up, of=of, **facts).encode()
 

@@ -34,11 +34,11 @@ class Mark(NamedTuple):
     Attributes:
         x, y: place, metres; the team that the picture is of attacks to the right.
         style: class of the style sheet.
-        says: what it says when it is pointed at.
+        says: text shown when it is pointed at.
         to: end of an arrow that begins there, None for a dot.
         link: address that it leads to.
         size: radius of a dot, or length of an arrow's head (0: a dot at its end), hundredths of the pitch.
-        letter: what stands in a dot.
+        letter: text in a dot.
     """
 
     x: float
@@ -150,7 +150,7 @@ class _Pen(NamedTuple):
         return f"<circle {place}/>"
 
     def shape(self, mark: Mark) -> str:
-        """What is drawn of a mark."""
+        """Shapes of a mark."""
         if mark.to is None:
             drawn = self.dot(mark.x, mark.y, mark.size or 1.1)
             if mark.letter:
@@ -198,11 +198,11 @@ def over_time(
     """Home's share in each part of a match as bars about one half, the goals above and below, and times.
 
     Args:
-        shares: of home in each part, 0 to 1; None where nobody had any.
-        goals: of each the place in the match, 0 to 1, the team, and what it says.
-        label: what it shows.
-        seconds: of the match.
-        blank: what is said of parts without a share.
+        shares: home's share in each part, 0 to 1; None where nobody had any.
+        goals: each goal's place in the match, 0 to 1, its team, and its text.
+        label: description for readers of the page.
+        seconds: duration of the match.
+        blank: words for parts without a share.
     """
     wide = 100 / max(len(shares), 1)
     words = []

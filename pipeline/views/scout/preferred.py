@@ -79,10 +79,10 @@ def picture(moments: pl.DataFrame, letters: Mapping[str, str], pitch: Pitch, lab
     The larger the dot, the greater the share of the moments in which that action is preferred.
 
     Args:
-        moments: of one role, from :func:`preferred`.
+        moments: moments of one role, from :func:`preferred`.
         letters: by behaviour id.
         pitch: the pitch.
-        label: what is shown, in words.
+        label: description of the picture, in words.
     """
     wide, high = pitch.length / PARTS[0], pitch.width / 2 / PARTS[1]
     along = (pl.col("ball_x") / wide + PARTS[0] / 2).floor().clip(0, PARTS[0] - 1).cast(pl.Int64)

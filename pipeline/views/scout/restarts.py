@@ -1,4 +1,4 @@
-"""Which restarts pay: what follows within some seconds, beside what follows any moment of play."""
+"""Restarts that pay: outcomes within some seconds, beside those of any moment of play."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Share(NamedTuple):
 
 
 class Paid(NamedTuple):
-    """What came of the restarts of one kind.
+    """Outcomes of the restarts of one kind.
 
     Attributes:
         kind: one of RESTARTS.
@@ -56,12 +56,12 @@ class Paid(NamedTuple):
 
 
 def soon(column: str) -> pl.Expr:
-    """Whether an outcome of a row of schema Restarts came within SOON_S of the first touch."""
+    """True where an outcome in a row of schema Restarts came within SOON_S of the first touch."""
     return (pl.col(column) - pl.col("taken_ns") <= round(SOON_S * 1e9)).fill_null(value=False)
 
 
 def paid(restarts: pl.DataFrame) -> list[Paid]:
-    """What came of a team's restarts and of those of neither team, by kind; only kinds that there are.
+    """Outcomes of a team's restarts and of those of neither team, by kind; only kinds that there are.
 
     Args:
         restarts: rows of schema Restarts of the team's sides. Its adversaries' restarts are left out.

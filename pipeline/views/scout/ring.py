@@ -23,9 +23,9 @@ class Node(NamedTuple):
 
     Attributes:
         key: id of its panel in the page.
-        label: what stands in it, two or three letters.
+        label: text in it, two or three letters.
         role: nodes of one role are neighbours.
-        says: what it is, in words.
+        says: description, in words.
     """
 
     key: str
@@ -40,7 +40,7 @@ class Edge(NamedTuple):
     Attributes:
         start: place of the node in the list.
         end: place of the node that follows.
-        share: of the times that the first was begun, 0 to 1.
+        share: share of the starts of the first, 0 to 1.
         says: the numbers, in words.
     """
 
@@ -56,7 +56,7 @@ def ring(nodes: Sequence[Node], edges: Sequence[Edge], label: str) -> Markup:
     Args:
         nodes: at least one; those of a role one after the other.
         edges: between these.
-        label: what it shows.
+        label: description for readers of the page.
     """
     angles = _angles([node.role for node in nodes])
     places = _RING * np.stack([np.cos(angles), np.sin(angles)], axis=1)

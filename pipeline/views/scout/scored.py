@@ -32,7 +32,7 @@ class Scored(NamedTuple):
         match: id.
         side: home or away, whose goal it is.
         t_ns: when the referee gave it.
-        robot: who made it; of an error the adversary's; None where that is unknown.
+        robot: maker; the adversary's robot for an error; None where that is unknown.
         kind: one of KINDS, or unknown.
         distance: from the ball to the goal's middle at the shot that became it, m; None without a shot.
         third: index into THIRDS of that shot's place; None without a shot.
@@ -68,9 +68,9 @@ class Line(NamedTuple):
     """Goals that have something in common.
 
     Attributes:
-        says: what it is.
+        says: description.
         n: number of goals.
-        shots: of these, goals that a shot became.
+        shots: number of these that a shot became.
         distance: median distance of these shots, m; None without one.
         clips: up to MOMENTS of the goals, spread evenly.
     """
@@ -86,7 +86,7 @@ class Run(NamedTuple):
     """The run of situations that came last before most goals.
 
     Attributes:
-        codes: of its situations.
+        codes: codes of its situations.
         n: goals that it came before.
         of: goals of which the scorer's run is known.
         clips: up to MOMENTS of the goals.
@@ -107,7 +107,7 @@ class Summary(NamedTuple):
         kinds: a line a kind, in the order of KINDS, then unknown; only kinds that there are.
         scorers: a line a robot, the most goals first.
         thirds: shots that became goals from each of THIRDS.
-        run: what came last before most of them; None where no run came before two.
+        run: last run before most of them; None where no run came before two.
     """
 
     n: int
@@ -129,7 +129,7 @@ def scored(
         goals: rows of schema Goals of the match.
         shots: rows of schema Shots of the match.
         situations: rows of schema Situations of the match.
-        length: of the pitch, m.
+        length: length of the pitch, m.
     """
     went_in = shots.filter(pl.col("outcome") == "goal").select(
         pl.col("team").cast(pl.String), "t_ns", "distance", at=third("x", length)).sort("t_ns").rows()
@@ -172,7 +172,7 @@ def summary(goals: Sequence[Scored], robots: Mapping[int, str]) -> Summary:
     """How a team's goals came about.
 
     Args:
-        goals: of the team.
+        goals: goals of the team.
         robots: role of each of the team's robots in words.
     """
     def named(goal: Scored) -> str:

@@ -1,4 +1,4 @@
-"""What came of shots, in all."""
+"""Outcomes of shots, in all."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         outcome: one of OUTCOMES.
-        means: what that is, in words.
+        means: meaning, in words.
         n: number of shots.
         distance: median distance to the goal's middle, m; None without a shot.
     """
@@ -42,7 +42,7 @@ class Shooting(NamedTuple):
     Attributes:
         rows: one an outcome, all of OUTCOMES in order.
         n: number of shots.
-        on_target: of these, all but the wide ones.
+        on_target: number of these that are not wide.
         distance: median distance of all, m; None without a shot.
         xg: sum of the expected goals that are known; None where none is.
         known: number of shots whose expected goals are known.
@@ -59,7 +59,7 @@ class Shooting(NamedTuple):
 
 
 def shooting(shots: pl.DataFrame) -> Shooting:
-    """What came of shots in all.
+    """Outcomes of shots, in all.
 
     Args:
         shots: rows of schema Shots of one team with the column xg of the table chances.

@@ -37,7 +37,7 @@ def sentences(state: Mapping[str, str], role: str) -> list[str]:
 
     Args:
         state: name of each element to its level (:func:`pipeline.state.words.named`).
-        role: of the robot that decides; it is named first.
+        role: role of the robot that decides; it is named first.
     """
     ours = [role, *(other for other in ROLES if other != role)]
     robots = [*(("own", own) for own in ours), *(("adversary's", other) for other in ROLES)]
@@ -68,7 +68,7 @@ def _to_goal(level: str) -> str:
 
 
 def _robot(state: Mapping[str, str], side: str, role: str, *, decides: bool) -> str:
-    """What a state says of one robot; empty if nothing."""
+    """Words of a state for one robot; empty if it says nothing."""
     slot, parts = f"{side} {role}", list[str]()
     if (distance := state.get(f"distance of {slot} to ball")) is not None:
         parts.append(_DISTANCES[distance])
@@ -123,7 +123,7 @@ def shaded(pitch: Pitch, levels: list[str | None], opacity: float, says: str = "
 
 
 def is_spot(levels: Sequence[str | None]) -> bool:
-    """Whether a zone is the centre spot: close is half the pitch, so only that is close to both goals."""
+    """True if a zone is the centre spot: close is half the pitch, so only that is close to both goals."""
     return list(levels) == ["close", "close"]
 
 
@@ -135,7 +135,7 @@ def _spot(pitch: Pitch, opacity: float, says: str) -> Markup:
 
 
 def around_ball(state: Mapping[str, str], role: str, pitch: Pitch) -> Markup | None:
-    """Who is around the ball, as areas: a ring is a distance, a half the side of the ball.
+    """Robots around the ball, as areas: a ring is a distance, a half the side of the ball.
 
     The ball is in the middle, the team attacks to the right. It is no map: rings have one width each. None if
     the state says nothing of distances.

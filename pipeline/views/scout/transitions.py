@@ -1,4 +1,4 @@
-"""Which behaviour follows which: counts of the public table decisions."""
+"""Transitions between behaviours: counts of the public table decisions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NAMED = 2
 
 
 class Followed(NamedTuple):
-    """What often follows a behaviour, or comes before it.
+    """Frequent neighbours of a behaviour, after it or before it.
 
     Attributes:
         behaviour: its id.

@@ -1,4 +1,4 @@
-"""What is typical of a team: grams that it shows more often than the other teams of its league."""
+"""Typical grams of a team: those that it shows more often than the other teams of its league."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def typical(own: pl.DataFrame, others: pl.DataFrame, support_at_least: int) -> p
 
     Args:
         own: rows of schema Grams of the team.
-        others: those of the other teams of its league.
+        others: rows of the other teams of its league.
         support_at_least: least count of a listed gram.
 
     Returns:

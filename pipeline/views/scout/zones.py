@@ -1,4 +1,4 @@
-"""Who loses the ball in which third of the pitch, and where and to whom passes go."""
+"""Losses of the ball by thirds of the pitch, and places and receivers of passes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Samples = dict[int, dict[str, int]]
 
 
 class Played(NamedTuple):
-    """What a robot of a team was, over matches.
+    """Numbers of a robot of a team, over matches.
 
     Attributes:
         role: its commonest role.
@@ -95,7 +95,7 @@ def samples(trajectories: pl.DataFrame) -> dict[str, Samples]:
 
 
 def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dict[int, Played]:
-    """What each robot of a team was over its sides in matches: their samples, and the matches' minutes.
+    """Numbers of each robot of a team over its sides in matches: their samples, and the matches' minutes.
 
     Of roles with as many samples the first by name is taken.
     """
@@ -117,7 +117,7 @@ def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dic
 def losses(
     possession: pl.DataFrame, lengths: Mapping[str, float], robots: Mapping[int, Played]
 ) -> list[Losses]:
-    """Who loses the ball, and where: possessions that the adversary ended.
+    """Losses of the ball, by robot and place: possessions that the adversary ended.
 
     Args:
         possession: rows of schema Possession of one team.

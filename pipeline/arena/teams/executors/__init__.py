@@ -36,7 +36,7 @@ def start(
     """Begin an action.
 
     Args:
-        code: of Table 1.
+        code: code of Table 1.
         robot: row of the robot in the view, 1 to N.
         view: float64 [1 + 2 N, 6], the team's.
         roles: int64 [2 N], of the robots of rows 1 to 2 N (:func:`pipeline.arena.teams.roles.assign`); they
@@ -54,13 +54,13 @@ def start(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def has_ended(code: int, robot: int, view: F64, roles: I64, m: Measures, own: Record) -> bool:
-    """Whether an action would be over at its first frame.
+    """True if an action would be over at its first frame.
 
     Its final condition holds already, or the robot that is its aim does not exist. A condition that has to
     last begins with the action, so it never holds already.
 
     Args:
-        code: of Table 1.
+        code: code of Table 1.
         robot: row of the robot in the view, 1 to N.
         view: float64 [1 + 2 N, 6], the team's.
         roles: int64 [2 N], see :func:`start`.

@@ -26,7 +26,7 @@ class Action(NamedTuple):
     Attributes:
         verb: the controller.
         thing: the kind of its aim.
-        role: of an opponent its role, of a teammate how many roles it is ahead; -1 for any: a near
+        role: an opponent's role, or the number of roles that a teammate is ahead; -1 for any: a near
             one beyond the ball.
         limit_s: longest time that it lasts, seconds.
     """

@@ -52,7 +52,7 @@ _COS_VERY, _COS_PARALLEL = math.cos(math.radians(24)), math.cos(math.radians(45)
 def is_over(
     view: F64, robot: int, verb: int, dx: float, dy: float, m: Measures, own: Record
 ) -> bool:
-    """Whether an action's final condition holds after a frame; the table of the module says which.
+    """True if an action's final condition holds after a frame; the module's table lists the conditions.
 
     Its aim is at (dx, dy) from the robot, metres. ``lasted`` of ``own``, a record of ``actions.ACTION``, is
     written.
@@ -92,14 +92,14 @@ def is_over(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _lasts(holds: bool, seconds: float, m: Measures, own: Record) -> bool:
-    """Whether a condition has held for so long."""
+    """True if a condition has held for so long."""
     own["lasted"] = own["lasted"] + 1 if holds else 0
     return bool((own["lasted"] - 0.5) * m.frame_s > seconds)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _kicked(view: F64, robot: int, let_go: bool, m: Measures) -> bool:
-    """Whether the ball runs away from the robot, fast or, let go, straight ahead and faster than it."""
+    """True if the ball runs away from the robot, fast or, let go, straight ahead and faster than it."""
     dx, dy = offset(view, robot, BALL)
     rolls = speed_of(view, BALL)
     outward = view[BALL, VX] * dx + view[BALL, VY] * dy
@@ -109,7 +109,7 @@ def _kicked(view: F64, robot: int, let_go: bool, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _left(view: F64, robot: int, m: Measures) -> bool:
-    """Whether the robot drives off the ball and is faster, and the ball is slow."""
+    """True if the robot drives off the ball and is faster, and the ball is slow."""
     dx, dy = offset(view, robot, BALL)
     rolls = speed_of(view, BALL)
     sign = -1.0 if along(view, robot, view[robot, VX], view[robot, VY]) < 0.0 else 1.0
@@ -119,5 +119,5 @@ def _left(view: F64, robot: int, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _heads_along(view: F64, robot: int) -> bool:
-    """Whether a robot heads where the ball rolls."""
+    """True if a robot heads where the ball rolls."""
     return along(view, robot, view[BALL, VX], view[BALL, VY]) > _COS_PARALLEL * speed_of(view, BALL)

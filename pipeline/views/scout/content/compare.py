@@ -32,7 +32,7 @@ def numbers(
         league: the matches.
         teams: theirs.
         lines: the league's, by match.
-        versions: of the knowledge.
+        versions: versions of the knowledge.
     """
     return _script("scoutNumbers", {
         "measures": MEASURES,
@@ -68,7 +68,7 @@ def knowledge(
 
     Args:
         store: the data folder.
-        manifest: of the version.
+        manifest: manifest of the version.
         league: the matches.
         lines: the league's, by match.
     """

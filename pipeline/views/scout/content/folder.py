@@ -20,7 +20,7 @@ class Folder:
     """A folder of pages.
 
     Args:
-        store: that writes the files.
+        store: store that writes the files.
         path: the folder.
 
     Attributes:

@@ -50,7 +50,7 @@ class Learned:
 
     @property
     def mapped(self) -> bool:
-        """Whether the maps of the version are there."""
+        """True if the maps of the version are there."""
         return self._behaviours is not None
 
     def neurons(self, team: TeamName) -> pl.DataFrame:

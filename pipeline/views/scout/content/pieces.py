@@ -47,8 +47,8 @@ def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any])
 
     Args:
         data: the data folder.
-        todo: what is to be made.
-        around: what all pages have in common.
+        todo: pieces to be made.
+        around: common part of all pages.
 
     Raises:
         CorruptFile: if a file of the store is damaged.
@@ -99,9 +99,9 @@ def of_team(
 
     Args:
         data: the data folder.
-        team: what they are made from.
+        team: tables that they are made from.
         pages: names of those to make.
-        around: what all pages that knowledge is in have in common.
+        around: common part of all pages with knowledge.
 
     Raises:
         CorruptFile: if a file of the store is damaged.

@@ -36,8 +36,8 @@ class Newest(NamedTuple):
     """The newest policy that imitates a team.
 
     Attributes:
-        manifest: of the version.
-        team: that it imitates; None: the decisions of all teams.
+        manifest: manifest of the version.
+        team: team that it imitates; None: the decisions of all teams.
         pitch: on which its league plays.
         matches: the sequences of the last matches of its team, or of all, by id; at most ``_LOOKED_AT``.
     """
@@ -54,7 +54,7 @@ class Newest(NamedTuple):
 
     @property
     def told(self) -> bool:
-        """Whether it was trained by a version that keeps returns and states."""
+        """True if it was trained by a version that keeps returns and states."""
         return States.NAME in self.manifest.files
 
     @property

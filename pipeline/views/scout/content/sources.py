@@ -165,9 +165,9 @@ class Known(NamedTuple):
     """The newest knowledge.
 
     Attributes:
-        manifest: of the version.
+        manifest: manifest of the version.
         behaviours: rows of schema Behaviours.
-        before: those of the version before it; none without one.
+        before: rows of the version before it; none without one.
     """
 
     manifest: Manifest

@@ -1,0 +1,86 @@
+"""Plain English: docstrings, help texts and headings name their subject first."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+
+from pitchlore.flows.cli import COMMANDS, GROUPS
+
+pytestmark = pytest.mark.unit
+
+#: First words that leave the reader to guess the subject.
+TURNED = re.compile(r"[^\w]*(What|Whose|Whom|Who|Which|That|Those|Of|Whether)\b")
+#: Likewise of an argument, but for flags: "reset: whether …" is the custom.
+ARGUMENT = re.compile(r" {8,}\*{0,2}[A-Za-z_]\w*(?:, \w+)*: (what|whose|whom|who|which|that|those|of)\b", re.IGNORECASE)
+#: Files that are being rewritten elsewhere and follow soon.
+WAITING = ("flows/cli.py", "flows/commands/", "flows/imports.py", "flows/jobs.py", "flows/server.py", "flows/serving.py",
+           "flows/tasks.py", "pipeline/engine/chain.py", "pipeline/engine/making.py", "pipeline/engine/update.py",
+           "pipeline/engine/versions.py", "pipeline/policies/appraise.py", "pipeline/report/",
+           "tests/studies/", "DECISIONS.md", "docs/decisions/", "data/studies/")
+FOLDERS = ("pipeline", "flows", "schemas", "tests", "docs", "data/studies")
+
+
+def sources(suffix: str) -> list[Path]:
+    """Files of the project with a suffix, at the top and in its folders."""
+    inside = (path for folder in (*FOLDERS, "notebooks") for path in (ROOT / folder).rglob(f"*{suffix}"))
+    return sorted({*ROOT.glob(f"*{suffix}"), *inside})
+
+
+def docstrings(path: Path) -> Iterator[tuple[int, str]]:
+    """Line and text of each docstring of a module, its classes and functions."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            text = ast.get_docstring(node, clean=False)
+            if text:
+                yield node.body[0].lineno, text
+
+
+def headings(path: Path) -> Iterator[tuple[int, str]]:
+    """Line and text of each heading of a Markdown file, outside of code."""
+    code = False
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        code ^= line.lstrip().startswith("```")
+        if not code and re.match(r"#+ ", line):
+            yield number, line.lstrip("# ")
+
+
+def turned(path: Path) -> list[str]:
+    """Places of a file where a docstring, an argument's line or a heading begins with a word of TURNED."""
+    name = path.relative_to(ROOT)
+    if path.suffix == ".md":
+        return [f"{name}:{line} {text}" for line, text in headings(path) if TURNED.match(text)]
+    return [f"{name}:{first + after} {line.strip()}" for first, text in docstrings(path)
+            for after, line in enumerate(text.splitlines()) if (ARGUMENT if after else TURNED).match(line)]
+
+
+@pytest.mark.parametrize("suffix", [".py", ".md"])
+def test_subject_first(suffix):
+    """No docstring, argument's line or heading of the project begins with a word of TURNED."""
+    assert [place for path in sources(suffix) for place in turned(path)
+            if not place.startswith(WAITING)] == []
+
+
+def test_help():
+    """No command's help begins with such a word; the arguments of commands are in their docstrings."""
+    texts = [command.help for command in COMMANDS] + list(GROUPS.values())
+    assert [text for text in texts if TURNED.match(text)] == []
+
+
+@pytest.mark.parametrize(("name", "text", "lines"), [
+    ("a.py", '"""What it does."""\n', [1]),
+    ("a.py", 'class A:\n    """Whose it is."""\n\n    def f(self):\n        """Of a thing."""\n', [2, 5]),
+    ("a.py", 'def f(a):\n    """Do it.\n\n    Args:\n        a: what to do.\n        b: whether to.\n    """\n', [5]),
+    ("a.py", '"""Whatever it does, of a thing."""\n', []),
+    ("a.md", "# Who\n\n```\n# What\n```\n\n## `Which` one\n", [1, 7]),
+])
+def test_found(name, text, lines, tmp_path, monkeypatch):
+    """Such beginnings are found, and the like are not."""
+    (tmp_path / name).write_text(text)
+    monkeypatch.setattr("test_words.ROOT", tmp_path)
+    assert [int(place.split(":")[1].split()[0]) for place in turned(tmp_path / name)] == lines
