@@ -21,7 +21,7 @@ from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.importers.packets.recording import Recording as PacketRecording
 from pitchlore.pipeline.importers.packing import Octets
 from pitchlore.pipeline.importers.readers import is_ours, open_parts, read
-from pitchlore.pipeline.importers.source import slug
+from pitchlore.pipeline.importers.source import SourceFile, slug
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.arrays import Content
@@ -195,11 +195,8 @@ def _import(
             store.release("matches", name)
             return there, False
         source = source if there is None else source.named(there.name)
-        if not is_ours(source):
-            warm()
-        match = read_isolated(recording.files(), source, mapping) if limits.isolate else read(source, mapping)
+        match = read_match(source, mapping, recording.files() if limits.isolate else None)
         check()
-        match = match if is_ours(source) else with_recognition(match)
         with store.locked("matches"):
             receipt, new = _commit(store, match, source.sha256, settings)
     except Exception as error:
@@ -209,6 +206,24 @@ def _import(
         raise
     store.release("matches", name)
     return receipt, new
+
+
+def read_match(source: SourceFile, mapping: TrackingMap, isolated: Sequence[Path] | None = None) -> MatchLog:
+    """The match of a recording, with the flaws that its plausibility checks and the recogniser find.
+
+    Args:
+        source: the recording, opened.
+        mapping: how to read a tracking table.
+        isolated: the recording's files, to be read in a process of its own; None: it is read in this one.
+
+    Raises:
+        BadRecording, DamagedLog: if the recording gives no match.
+    """
+    if is_ours(source):
+        return read(source, mapping) if isolated is None else read_isolated(isolated, source, mapping)
+    warm()
+    match = read(source, mapping) if isolated is None else read_isolated(isolated, source, mapping)
+    return with_recognition(match)
 
 
 def _same_recording(store: Store, *hashes: str | None) -> Receipt | None:
@@ -288,27 +303,32 @@ def keep(store: Store, match: MatchLog, data: Content, work: Work) -> Receipt:
         data: the log's bytes.
         work: work that made it.
     """
-    return store.commit(work, _made(match, data))
+    return store.commit(work, made(match, data))
 
 
 def mend(store: Store, receipt: Receipt) -> None:
     """Write a match's damaged tables anew from its log, if the log is whole and gives the same bytes."""
     try:
         data = store.read(receipt, "log")
-        store.mend(receipt, _made(log.read(data, where=receipt.name), data))
+        store.mend(receipt, made(log.read(data, where=receipt.name), data))
     except (CorruptFile, DamagedLog):
         return  # it is reported: the recording has to be imported again
 
 
-def _made(match: MatchLog, data: Content) -> Made:
-    """The log of a match, its row, the referee's events, its flaws, and its commands."""
+def made(match: MatchLog, data: Content | None = None) -> Made:
+    """The noun matches of a match: its row, the referee's events, its flaws, its commands, and its log.
+
+    Args:
+        match: the content of the log.
+        data: the log's bytes; None: the log is left out.
+    """
     row = log.row(match)
     flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")
     return Made(
         tables=[
             (row, Matches), (match.referee, Referee), (match.quality, Quality), (match.commands, Commands),
         ],
-        blobs={"log": ("mcap", data)},
+        blobs={} if data is None else {"log": ("mcap", data)},
         details={
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
             "source": match.info.source, "recording": match.info.recording,
