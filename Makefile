@@ -90,8 +90,8 @@ study: world rules best-constant teams-apart expected-goals ball-goals usual-cod
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
-	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
-	PYTHONPATH=tests $(BIN)/python -m studies.game data/studies/world/game.csv $(RECORDINGS)
+	$(BIN)/python data/studies/world/thousand.py
+	$(BIN)/python data/studies/world/game.py $(RECORDINGS)
 
 fuzz: $(READY)  ## ten minutes of broken recordings in every format
 	PYTHONPATH=tests $(BIN)/python -m studies.fuzz data/studies/fuzz 600
@@ -111,7 +111,7 @@ browser:  ## chromium from Debian's packages, for the tests of pages; where it c
 	  >/dev/null; } || echo "no browser: the tests of pages skip"
 
 teams-apart: $(READY)  ## does what robots do tell who plays? (two minutes)
-	PYTHONPATH=tests $(BIN)/python -m studies.teams_apart data/studies/scout/teams.csv
+	$(BIN)/python data/studies/scout/teams_apart.py
 
 football: $(READY)  ## football's possession, touches and situations beside the provider's (three minutes; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.football data/studies/football $(RECORDINGS)
@@ -120,16 +120,16 @@ usual-codes: $(READY)  ## what situations each kind of match usually shows (two 
 	PYTHONPATH=tests $(BIN)/python -m studies.usual pipeline/situations/usual.json $(RECORDINGS)
 
 expected-goals: $(READY)  ## do shots become goals as often as xG says? (five minutes; RECORDINGS as above)
-	PYTHONPATH=tests $(BIN)/python -m studies.expected_goals data/studies/scout $(RECORDINGS)
+	$(BIN)/python data/studies/scout/expected_goals.py $(RECORDINGS)
 
 ball-goals: $(READY)  ## are goals found from the ball those of the score? (five minutes; RECORDINGS as above)
-	PYTHONPATH=tests $(BIN)/python -m studies.ball_goals data/studies/ball-goals $(RECORDINGS)
+	PYTHONPATH=tests $(BIN)/python -m studies.ball_goals data/studies/ball_goals $(RECORDINGS)
 
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
-	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
+	$(BIN)/python data/studies/world/rules.py
 
 best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (ten minutes)
-	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant
+	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best_constant
 
 # LEARNERS: the settings of some seasons (looking-held); then the rows of others stay as they are.
 looking: $(READY)  ## does a team that looks win? apprentices against the panel, and blind (six hours; LEARNERS)

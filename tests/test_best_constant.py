@@ -22,7 +22,7 @@ from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES
 
-RESULTS = ROOT / "data/studies/best-constant"
+RESULTS = ROOT / "data/studies/best_constant"
 
 
 def file():

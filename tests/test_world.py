@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from studies.thousand import look
-from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 from support.by_attribute import body_by_body
+from world.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
+from world.thousand import look
 
 from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.arena.physics.drive import publish

@@ -1,6 +1,6 @@
 """Goals found from the ball, beside those of matches whose score is known.
 
-``PYTHONPATH=tests python -m studies.ball_goals data/studies/ball-goals [RECORDINGS]`` (ten minutes). Recorded
+``PYTHONPATH=tests python -m studies.ball_goals data/studies/ball_goals [RECORDINGS]`` (ten minutes). Recorded
 matches and matches that are played here are read, and nothing but the ball is kept: as it was recorded, with the
 noise of a camera, at ten samples a second, hidden in the goals, in play only, on a pitch whose length is mistaken,
 and without the kick-offs. In the control everything from a goal to its restart is cut out, so that no goal is left. A goal is found if one of the same

@@ -1,6 +1,6 @@
 """Which three codes make the best constant team against the static team? Searches by successive halving, and a final.
 
-``PYTHONPATH=tests python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best-constant``
+``PYTHONPATH=tests python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best_constant``
 (ten minutes; two processes) writes the file that the team best-constant plays from, and what was played.
 
 A search has the laws and the time of play of an apprentice of the settings ``best``: 35 games and 3 further matches

@@ -21,7 +21,7 @@ import sys
 from pathlib import Path
 
 import polars as pl
-from studies.teams_apart import command
+from harness import command
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.report.measures import DIFFERENCE

@@ -38,8 +38,8 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
+from harness import command
 from scipy import stats
-from studies.teams_apart import command
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import PolicyTables

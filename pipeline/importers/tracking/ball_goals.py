@@ -23,7 +23,7 @@ Crossing = Literal["over", "line", "unseen"]
 Sequel = Literal["centre", "stopped", "played on"]
 
 #: Share of the findings of each kind that were goals, rounded down to hundredths: the Laplace estimate of
-#: data/studies/ball-goals/kinds.csv. Those of ``OURS`` are set, not measured.
+#: data/studies/ball_goals/kinds.csv. Those of ``OURS`` are set, not measured.
 CONFIDENCE: dict[tuple[Crossing, Sequel], float] = {
     ("over", "centre"): 0.99, ("over", "stopped"): 0.98, ("over", "played on"): 0.1,
     ("line", "centre"): 0.95, ("line", "stopped"): 0.3,

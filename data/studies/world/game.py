@@ -1,28 +1,24 @@
 """The game that is played here beside recorded ones: goals, fouls, time in play, and speeds.
 
-``PYTHONPATH=tests python -m studies.game data/studies/world/game.csv [FOLDER]`` (under five minutes). FOLDER
-has further recordings, which are read and not copied; those that are absent are left out. Played and recorded
-matches go the same way: they are read as logs, and the stage trajectories measures them.
+``make world`` (under five minutes) writes ``game.csv``. RECORDINGS is a folder of further recordings, which
+are read and not copied; those that are absent are left out. Played and recorded matches go the same way: they
+are read as logs, and the stage trajectories measures them.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import sys
-from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from support.played import logged
+from harness import INSPER, RCSS, RSIM, SSL, elsewhere, logged, read, recordings, workers
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import Marks, RefereeSettings
-from pitchlore.pipeline.importers import readers
-from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.settings import TrajectorySettings
@@ -33,13 +29,14 @@ PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("random", "random"),
 )
 #: Laws of the referee: the league's, and those of the first release.
-LAWS = {"league": RefereeSettings(), "first release": RefereeSettings(remember_crowds=False)}
-SEEDS = range(1, 21)
-SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "rsim-vss-3v3.parquet"
-#: Recordings that may be in the folder: their names here, and what they are.
-OTHERS = {
-    "rcssserver-3v3.rcg.gz": "rcssserver, 2D, 3 a side", "insper-2d-2022-unfinished.rcg.gz": "Insper, 2D, 11 a side",
-    "ssl-2025-robocin-tigers-345s.parquet": "RoboCup SSL 2025, real robots",
+LAWS = {"league": {}, "first release": {"remember_crowds": False}}
+SEEDS, SECONDS = range(1, 21), 480.0
+#: The recordings in words.
+GAMES = {
+    RSIM: "rsim, VSSS, 3 a side (the sample)",
+    RCSS: "rcssserver, 2D, 3 a side",
+    INSPER: "Insper, 2D, 11 a side",
+    SSL: "RoboCup SSL 2025, real robots",
 }
 #: Restarts after fouls, by the letters of their note.
 FOULS = ("freeball", "penalty", "goalkick")
@@ -88,66 +85,68 @@ def seen(log: MatchLog) -> Seen:
     ]
     fouls = [sum(note.startswith(kind) for note in notes) for kind in FOULS]
     return Seen(
-        steps["t_ns"].sum() / 60e9, within["t_ns"].sum() / 60e9, int((events["event"] == "goal").sum()),
+        float(steps["t_ns"].sum()) / 60e9, float(within["t_ns"].sum()) / 60e9,
+        int((events["event"] == "goal").sum()),
         int(events["note"].str.contains("goal annulled").sum()), (*fouls, len(notes) - sum(fouls)),
         speeds.filter(pl.col("team") == "ball")["speed"].to_numpy(),
-        speeds.filter(pl.col("team") != "ball")["speed"].to_numpy(), float(inside.mean() or 0.0),
+        speeds.filter(pl.col("team") != "ball")["speed"].to_numpy(),
+        inside.to_numpy().mean() if len(inside) else 0.0,
     )
 
 
 def played(home: TeamKind, away: TeamKind, laws: str, seed: int) -> Seen:
     """Play a match, log it, read the log, and measure it."""
-    recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed, referee=LAWS[laws])
+    referee = RefereeSettings(duration_s=SECONDS, **LAWS[laws])
+    recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed, referee=referee)
     return seen(matches.read(logged(recipe), where=recipe.match_id))
 
 
 def recorded(path: Path) -> Seen:
     """Import a recording, and measure it."""
-    return seen(readers.read(readers.open_source(path.read_bytes(), path.name), TrackingMap()))
+    return seen(read(path))
 
 
 def row(game: str, laws: str, all_seen: Iterable[Seen]) -> dict[str, object]:
-    """The mean of some matches; shares and numbers a minute are of all their time, speeds of all samples in play."""
+    """The mean of some matches: numbers a minute are of all their time, speeds of all samples in play."""
     of = list(all_seen)
     minutes = sum(match.minutes for match in of)
     low, high = mean_interval([match.goals / match.minutes for match in of]) or (None, None)
     fouls = np.sum([match.fouls for match in of], axis=0) / minutes
     ball, robots = (np.concatenate([getattr(match, body) for match in of]) for body in ("ball", "robots"))
     numbers = {
-        "goals_a_minute": sum(match.goals for match in of) / minutes, "goals_low": low, "goals_high": high,
+        "goals_a_minute": sum(match.goals for match in of) / minutes,
+        "goals_low": low,
+        "goals_high": high,
         "annulled_a_minute": sum(match.annulled for match in of) / minutes,
         "in_play": sum(match.in_play for match in of) / minutes,
-        **{f"{kind}_a_minute": value for kind, value in zip(("free_ball", "penalty", "goal_kick", "other_restart"), fouls, strict=True)},
-        "ball_speed": ball.mean(), "ball_speed_95": np.percentile(ball, _PERCENTILE),
-        "robot_speed": robots.mean(), "robot_speed_95": np.percentile(robots, _PERCENTILE),
-        "ball_in_areas": sum(match.areas * match.in_play for match in of) / sum(match.in_play for match in of),
+        **{
+            f"{kind}_a_minute": value
+            for kind, value in zip(("free_ball", "penalty", "goal_kick", "other_restart"), fouls, strict=True)
+        },
+        "ball_speed": ball.mean(),
+        "ball_speed_95": np.percentile(ball, _PERCENTILE),
+        "robot_speed": robots.mean(),
+        "robot_speed_95": np.percentile(robots, _PERCENTILE),
+        "ball_in_areas": sum(match.areas * match.in_play for match in of)
+        / sum(match.in_play for match in of),
     }
     return {"game": game, "laws": laws, "matches": len(of), "minutes": round(minutes, 1)} | {
         name: None if value is None else round(float(value), 3) for name, value in numbers.items()
     }
 
 
-def main(path: Path, folder: Path | None) -> None:
-    """Write the table: recordings first, then each pairing under each laws."""
-    recordings = {SAMPLE: "rsim, VSSS, 3 a side (the sample)"}
-    for name, game in OTHERS.items():
-        if folder is not None and (folder / name).exists():
-            recordings[folder / name] = game
-        else:
-            print(f"left out: {game}: no {name}" + (f" in {folder}" if folder else ": no folder was given"))
-    # polars' threads do not survive a fork
-    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
-        rows = [
-            row(game, "as recorded", [look])
-            for game, look in zip(recordings.values(), pool.map(recorded, recordings), strict=True)
-        ]
+def main(out: Path, folder: Path, seeds: Sequence[int] = SEEDS) -> None:
+    """Write the table into a folder: recordings first, then each pairing under each laws."""
+    there = recordings(folder, GAMES)
+    with workers() as pool:
+        rows = [row(GAMES[name], "as recorded", [look])
+                for name, look in zip(there, pool.map(recorded, there.values()), strict=True)]
         for home, away in PAIRINGS:
             for laws in LAWS:
-                looks = pool.map(played, *zip(*((home, away, laws, seed) for seed in SEEDS), strict=True))
+                looks = pool.map(played, *zip(*((home, away, laws, seed) for seed in seeds), strict=True))
                 rows.append(row(f"{home} against {away}", laws, looks))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pl.DataFrame(rows, infer_schema_length=None).write_csv(path)
+    pl.DataFrame(rows, infer_schema_length=None).write_csv(out / "game.csv")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 and sys.argv[2] else None)
+    main(Path(__file__).parent, elsewhere())

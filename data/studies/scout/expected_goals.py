@@ -1,30 +1,27 @@
-"""Do shots become goals as often as their expected goals say?
+"""Shots beside their expected goals: they become goals as often as these say, or not.
 
-``PYTHONPATH=tests python -m studies.expected_goals data/studies/scout [RECORDINGS]``
+``make expected-goals`` (five minutes). RECORDINGS is a folder of further recordings.
 
-The matches of ``studies.teams_apart`` are played and become chances as in any data folder, but that all are in
-the fit. A shot's xG is of a model without its match. Beside it, without the same match: the distance alone,
-the rate of the other matches, and the model of goals that were dealt out anew among the shots (mean of twenty
-deals). Features were chosen on other matches: seeds 501,000 to 505,011 of the same teams, by log-loss without
-the match. They were chosen twice: shots that the first ones held for chances of .15 to .35 became goals in 103
-of 284 cases here. Then recordings are
-read; a league with fewer than 30 goals has no xG. ``xg.csv`` has a row for each, ``xg-calibration.csv`` the
-shots by their xG. Intervals of observed over expected goals are 95 %, by bootstrap over matches; for one match,
-over shots.
+The matches of :mod:`scout.teams_apart` are played and become chances as in any data folder, but that all are
+in the fit. A shot's xG is of a model without its match. Beside it, without the same match: the distance
+alone, the rate of the other matches, and the model of goals that were dealt out anew among the shots (mean of
+twenty deals). Features were chosen on other matches: seeds 501,000 to 505,011 of the same teams, by log-loss
+without the match. They were chosen twice: shots that the first ones held for chances of .15 to .35 became
+goals in 103 of 284 cases here. Then recordings are read; a league with fewer than 30 goals has no xG.
+``xg.csv`` has a row for each, ``xg-calibration.csv`` the shots by their xG. Intervals of observed over
+expected goals are 95 %, by bootstrap over matches; for one match, over shots.
 """
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import polars as pl
-from conftest import SAMPLE
-from studies.teams_apart import command, play
-from support.recordings import INSPER, RCSS, RSIM, SSL
+from harness import command, elsewhere, recordings
+from scout.teams_apart import MATCHES, play
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import ModelSettings
@@ -33,8 +30,8 @@ from pitchlore.pipeline.values.chances import FEATURES, features_of
 from pitchlore.pipeline.values.shooting import CONTROLS, figures, left_out
 from pitchlore.schemas import Chances, Shots
 
-#: Matches of each team, deals of the goals, and resamples of the bootstrap.
-MATCHES, DEALS, RESAMPLES = 20, 20, 2000
+#: Deals of the goals, and resamples of the bootstrap.
+DEALS, RESAMPLES = 20, 2000
 #: Bins of xG, each from its edge on.
 EDGES = (0.0, 0.05, 0.15, 0.35, 0.7)
 #: All matches are in the fit.
@@ -43,7 +40,7 @@ _PLAYED = "five teams against static"
 
 
 def shots_of(store: Store) -> pl.DataFrame:
-    """All shots of a data folder: features, xG and what they rest on, whether they were goals, home and kind."""
+    """All shots of a data folder: features, xG and what it rests on, whether they were goals, home, kind."""
     found = []
     for match in store.receipts("matches"):
         events, made = store.receipt("events", match.name), store.receipt("chances", match.name)
@@ -52,9 +49,14 @@ def shots_of(store: Store) -> pl.DataFrame:
         shots = store.read_table(events, "shots", Shots)
         chances = store.read_table(made, "chances", Chances)
         pitch = Pitch.model_validate(match.details["pitch"])
-        found.append(chances.with_columns(
-            pl.Series("features", features_of(shots, pitch), dtype=pl.Array(pl.Float64, len(FEATURES))),
-            scored=shots["outcome"] == "goal", home=pl.lit(str(match.details["home"])), kind=pl.lit(pitch.kind.value)))
+        found.append(
+            chances.with_columns(
+                pl.Series("features", features_of(shots, pitch), dtype=pl.Array(pl.Float64, len(FEATURES))),
+                scored=shots["outcome"] == "goal",
+                home=pl.lit(str(match.details["home"])),
+                kind=pl.lit(pitch.kind.value),
+            )
+        )
     return pl.concat(found)
 
 
@@ -70,14 +72,16 @@ def observed(scored: np.ndarray, chances: np.ndarray, match: np.ndarray) -> dict
             "low": round(float(low), 3), "high": round(float(high), 3)}
 
 
-def judged(game: str, model: str, scored: np.ndarray, chances: np.ndarray, match: np.ndarray) -> dict[str, object]:
+def judged(
+    game: str, model: str, scored: np.ndarray, chances: np.ndarray, match: np.ndarray
+) -> dict[str, object]:
     """A row of ``xg.csv``."""
     return {"game": game, "model": model, "matches": len(np.unique(match)), "shots": len(scored),
             "goals": int(scored.sum()), **figures(scored, chances), **observed(scored, chances, match)}
 
 
 def of_played(shots: pl.DataFrame) -> Iterator[dict[str, object]]:
-    """The rows of the played matches: the model, plainer ones, the control, and the model on each team's matches."""
+    """The rows of the played matches: the model, plainer ones, the control, each team's matches."""
     penalty, (scored, xg, features) = ModelSettings().penalty, (
         shots[name].to_numpy() for name in ("scored", "xg", "features"))
     match = np.unique(shots["match_id"].to_numpy(), return_inverse=True)[1]
@@ -97,11 +101,13 @@ def of_played(shots: pl.DataFrame) -> Iterator[dict[str, object]]:
 
 
 def of_recording(name: str, league: pl.DataFrame, own: pl.DataFrame) -> Iterator[dict[str, object]]:
-    """The rows of a recording among the matches of its league: the model and plainer ones of the other matches."""
+    """The rows of a recording: the model and plainer ones of the other matches of its league."""
     there = (league["match_id"] == own["match_id"][0]).to_numpy()
     features, scored = league["features"].to_numpy(), league["scored"].to_numpy()
     match = np.unique(league["match_id"].to_numpy(), return_inverse=True)[1]
-    yield judged(name, "xg of the played matches", scored[there], league["xg"].to_numpy()[there], match[there])
+    yield judged(
+        name, "xg of the played matches", scored[there], league["xg"].to_numpy()[there], match[there]
+    )
     for control, places in CONTROLS.items():
         chances = left_out(features, scored, match, places, ModelSettings().penalty)
         yield judged(name, f"{control} of the played matches", scored[there], chances[there], match[there])
@@ -110,29 +116,30 @@ def of_recording(name: str, league: pl.DataFrame, own: pl.DataFrame) -> Iterator
 def bins(game: str, shots: pl.DataFrame) -> pl.DataFrame:
     """Shots by their xG: how many, and the goals that were expected and observed."""
     return (
-        shots.with_columns(at_least=pl.lit(np.array(EDGES)[np.searchsorted(EDGES, shots["xg"], side="right") - 1]))
-        .group_by("at_least").agg(shots=pl.len(), expected=pl.col("xg").sum().round(1), goals=pl.col("scored").sum())
-        .sort("at_least").select(game=pl.lit(game), xg_at_least="at_least", shots="shots", expected="expected", goals="goals"))
+        shots.with_columns(
+            at_least=pl.lit(np.array(EDGES)[np.searchsorted(EDGES, shots["xg"], side="right") - 1])
+        )
+        .group_by("at_least")
+        .agg(shots=pl.len(), expected=pl.col("xg").sum().round(1), goals=pl.col("scored").sum())
+        .sort("at_least")
+        .select(game=pl.lit(game), xg_at_least="at_least", shots="shots", expected="expected", goals="goals")
+    )
 
 
-def main(out: Path, recordings: Path | None) -> None:
+def main(out: Path, folder: Path, matches: int = MATCHES) -> None:
     """Play, read, judge, and write the tables."""
-    with tempfile.TemporaryDirectory(prefix="pitchlore-xg-") as folder:
-        settings = Path(folder, "settings.toml")
+    with tempfile.TemporaryDirectory(prefix="pitchlore-xg-") as data:
+        settings = Path(data, "settings.toml")
         settings.write_text(_SETTINGS)
-        play(folder, MATCHES)
-        command("run", "--no-train", "--settings", str(settings), "--data", folder)
-        shots = shots_of(Store(Path(folder)))
+        play(data, matches)
+        command("run", "--no-train", "--settings", settings, "--data", data)
+        shots = shots_of(Store(Path(data)))
         rows, tables = list(of_played(shots)), [bins(_PLAYED, shots)]
-        for name in (RSIM, SSL, RCSS, INSPER):
-            path = SAMPLE if name == RSIM else (recordings / name if recordings else None)
-            if path is None or not path.exists():
-                print(f"{name}: not here, left out")
-                continue
+        for name, path in recordings(folder).items():
             before = set(shots["match_id"])
-            command("import", str(path), "--data", folder)
-            command("run", "--no-train", "--settings", str(settings), "--data", folder)
-            shots = shots_of(Store(Path(folder)))
+            command("import", path, "--data", data)
+            command("run", "--no-train", "--settings", settings, "--data", data)
+            shots = shots_of(Store(Path(data)))
             own = shots.filter(~pl.col("match_id").is_in(list(before)))
             if own["xg"].null_count() == own.height:
                 rows.append({"game": name, "model": "none", "matches": 1, "shots": own.height,
@@ -140,11 +147,10 @@ def main(out: Path, recordings: Path | None) -> None:
                 continue
             rows += of_recording(name, shots.filter(pl.col("kind") == own["kind"][0]), own)
             tables.append(bins(name, own))
-    out.mkdir(parents=True, exist_ok=True)
     pl.DataFrame(rows, infer_schema_length=None).write_csv(out / "xg.csv")
     pl.concat(tables).write_csv(out / "xg-calibration.csv")
     print(pl.DataFrame(rows, infer_schema_length=None), pl.concat(tables))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    main(Path(__file__).parent, elsewhere())

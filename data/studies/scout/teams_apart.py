@@ -1,25 +1,23 @@
-"""Does what robots do tell who plays? Matches of known teams, clustered without their names.
+"""Matches of known teams, clustered without their names: what robots do tells who plays, or not.
 
-``PYTHONPATH=tests python -m studies.teams_apart data/studies/scout/teams.csv [MATCHES]``
-
-Each of five teams plays so many matches of two minutes against the static team. Of each match one side is
-described: by the shares of its situations, by those of pairs of situations, or by a control that needs none.
-KMeans makes five clusters. The Rand index says how many pairs of matches it has right, and the adjusted index
-how much that is above chance (0) on the way to all (1). The p-value is the share of 10,000 shuffles of the
-teams' names whose adjusted index is as great. Beside it: Adachi, Ito and Naruse 2016 report Rand indices of
-.877 and .840 for strategies in SSL logs; their matches are others, so the numbers are no race.
+``make teams-apart`` (two minutes) writes ``teams.csv``. Each of five teams plays so many matches of two
+minutes against the static team. Of each match one side is described: by the shares of its situations, by
+those of pairs of situations, or by a control that needs none. KMeans makes five clusters. The Rand index says
+how many pairs of matches it has right, and the adjusted index how much that is above chance (0) on the way to
+all (1). The p-value is the share of 10,000 shuffles of the teams' names whose adjusted index is as great.
+Beside it: Adachi, Ito and Naruse 2016 report Rand indices of .877 and .840 for strategies in SSL logs; their
+matches are others, so the numbers are no race.
 """
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import polars as pl
+from harness import command
 from sklearn.cluster import KMeans
 from sklearn.metrics import adjusted_rand_score, rand_score
 
@@ -28,7 +26,8 @@ from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.schemas import Matches, Possession, Situations, Trajectories
 
 TEAMS = ("static", "human-like", "random", "constant:044", "constant:021")
-MINUTES, SHUFFLES = 2, 10_000
+#: Matches of each team, their length, and shuffles of the names.
+MATCHES, MINUTES, SHUFFLES = 20, 2, 10_000
 
 
 def situations(store: Store, match: Receipt) -> dict[str, float]:
@@ -41,7 +40,9 @@ def pairs(store: Store, match: Receipt) -> dict[str, float]:
     """Shares of pairs of situations of home that follow each other, by role and codes."""
     rows = _home(store, match).sort("robot", "start_ns").with_columns(
         then=pl.col("code").shift(-1).over("robot", "segment")).drop_nulls("then")
-    return _shares(rows.select(key=pl.format("{}-{}-{}", pl.col("role").cast(pl.String), "code", "then"))["key"])
+    return _shares(
+        rows.select(key=pl.format("{}-{}-{}", pl.col("role").cast(pl.String), "code", "then"))["key"]
+    )
 
 
 def score(store: Store, match: Receipt) -> dict[str, float]:
@@ -70,8 +71,11 @@ def having(store: Store, match: Receipt) -> dict[str, float]:
         lasts=(pl.col("end_ns") - pl.col("start_ns")) / 1e9)
     own = rows.filter(pl.col("team") == "home")
     total = float(rows["lasts"].sum()) or 1.0
-    return {"share": float(own["lasts"].sum()) / total, "length": float(own["lasts"].sum()) / max(own.height, 1),
-            "touches": float(own["touches"].sum()) / max(own.height, 1)}
+    return {
+        "share": float(own["lasts"].sum()) / total,
+        "length": float(own["lasts"].sum()) / max(own.height, 1),
+        "touches": float(own["touches"].sum()) / max(own.height, 1),
+    }
 
 
 DESCRIPTIONS: dict[str, Callable[[Store, Receipt], dict[str, float]]] = {
@@ -98,7 +102,7 @@ def judged(described: list[dict[str, float]], teams: list[str], *, scaled: bool)
     table = np.array([[each.get(name, 0.0) for name in names] for each in described])
     if scaled:  # numbers of different units
         table = (table - table.mean(axis=0)) / np.maximum(table.std(axis=0), 1e-12)
-    found = KMeans(len(TEAMS), n_init=20, random_state=0).fit_predict(table)
+    found = KMeans(len(TEAMS), n_init=20, random_state=0).fit_predict(table)  # type: ignore[no-untyped-call]
     adjusted = adjusted_rand_score(teams, found)
     rng = np.random.default_rng(0)
     shuffled = [adjusted_rand_score(rng.permutation(teams), found) for _ in range(SHUFFLES)]
@@ -107,20 +111,15 @@ def judged(described: list[dict[str, float]], teams: list[str], *, scaled: bool)
             "p": (1 + sum(each >= adjusted for each in shuffled)) / (1 + SHUFFLES)}
 
 
-def command(*words: str) -> None:
-    """Run a pitchlore command; what it says is said if it fails, and ends the study."""
-    done = subprocess.run([str(Path(sys.executable).with_name("pitchlore")), *words], capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(f"pitchlore {' '.join(words)}: {done.stderr or done.stdout}")
-
-
 def play(folder: str, matches: int) -> dict[str, str]:
-    """Play each team's matches into a data folder; the team of each match: constant ones are all of kind learned."""
+    """Play each team's matches into a data folder; the team of each (constant ones are learned)."""
     teams = dict[str, str]()
     for number, team in enumerate(TEAMS):
-        command("record", "--home", team, "--away", "static", "--minutes", str(MINUTES), "--matches", str(matches),
-                "--seed", str(1_000 * (number + 1)), "--data", folder)
-        teams |= {match.name: teams.get(match.name, team) for match in Store(Path(folder)).receipts("matches")}
+        command("record", "--home", team, "--away", "static", "--minutes", MINUTES, "--matches", matches,
+                "--seed", 1_000 * (number + 1), "--data", folder)
+        teams |= {
+            match.name: teams.get(match.name, team) for match in Store(Path(folder)).receipts("matches")
+        }
     return teams
 
 
@@ -139,13 +138,12 @@ def rows(matches: int) -> Iterator[dict[str, object]]:
                    **judged(told, teams, scaled=name.startswith("control"))}
 
 
-def main(out: Path, matches: int) -> None:
-    """Play, describe, cluster, and write the table."""
-    out.parent.mkdir(parents=True, exist_ok=True)
+def main(out: Path, matches: int = MATCHES) -> None:
+    """Play, describe, cluster, and write the table into a folder."""
     table = pl.DataFrame(list(rows(matches)))
-    table.write_csv(out)
+    table.write_csv(out / "teams.csv")
     print(table)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 20)
+    main(Path(__file__).parent)
