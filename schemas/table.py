@@ -20,7 +20,7 @@ STAND_INS = ("human-like",)
 #: The note beside every result of one of them.
 STAND_IN = "Human-like is a second script, after static: no person plays it, and it is no model of anyone"
 
-#: Which elements of the state are kept (``pipeline.state.columns``).
+#: Which elements of the state are kept (``pipeline.state.keys.columns``).
 Key = Literal["full36", "full35", "ego19", "team19", "self9", "self6", "role0"]
 #: From fine to coarse.
 KEYS: tuple[Key, ...] = get_args(Key)

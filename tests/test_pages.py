@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import subprocess
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -12,18 +11,10 @@ from urllib.parse import unquote
 
 import pytest
 from conftest import ROOT
+from support.pages import tracked
 
 LINK = re.compile(r"\[[^\]]*\]\((?!https?:|mailto:)([^)\s]*)\)")
 HEADING = re.compile(r"^(#+) (.+?)(?: \{ #([\w-]+) \})?$")
-
-
-def tracked(*patterns: str) -> list[Path]:
-    """Files of the checkout that match; in a tree without git, all that match."""
-    done = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", *patterns],
-                          cwd=ROOT, capture_output=True, text=True)
-    if done.returncode:
-        return sorted(path for pattern in patterns for path in ROOT.rglob(pattern))
-    return [ROOT / name for name in sorted(set(done.stdout.split("\0")) - {""}) if (ROOT / name).is_file()]
 
 
 def prose(text: str) -> Iterator[tuple[int, str]]:

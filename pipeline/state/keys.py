@@ -43,7 +43,7 @@ class Column(NamedTuple):
     """One digit of an encoded state.
 
     Attributes:
-        element: index in :data:`TABLE`.
+        element: index in :data:`pipeline.state.table.TABLE`.
         levels: how many values the digit has; with fewer than the element, its last ones fall
             together ("front" or not).
     """

@@ -144,7 +144,7 @@ class Outputs(Reading):
     def forget(self, noun: str, name: str) -> bool:
         """Remove an output, its receipt first. Returns whether it existed.
 
-        Call it while :meth:`removing`, unless nobody else uses the folder.
+        Call it while :meth:`pipeline.store.Store.removing`, unless nobody else uses the folder.
         """
         path = Path(self._receipt_path(noun, name))
         if not path.exists():
