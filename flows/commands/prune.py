@@ -9,7 +9,6 @@ from pitchlore.flows.commands.printing import console
 from pitchlore.pipeline.base.errors import StorageFailed
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.store.leftovers import prune_versions
 
 
 def prune(*, common: Common = DEFAULTS) -> None:
@@ -22,6 +21,6 @@ def prune(*, common: Common = DEFAULTS) -> None:
     with suppress(StorageFailed):  # what is removed may make room
         renew(store)
     left = [path for noun in STAGES.receipted for path in store.prune(noun)]
-    left += [] if store.mirror is None else prune_versions(store.mirror)
+    left += store.prune_versions()
     console().print(f"{len(left)} superseded files removed")
     renew(store)

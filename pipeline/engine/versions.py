@@ -6,6 +6,7 @@ import json
 
 from pydantic import BaseModel
 
+from pitchlore.pipeline.base.errors import Overtaken
 from pitchlore.pipeline.engine.inputs import StoreInputs
 from pitchlore.pipeline.engine.stage import Scope, Stage
 from pitchlore.pipeline.store import Store
@@ -17,25 +18,40 @@ def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple
     """Make the next version of a noun, unless a version holds the same. Returns it, and whether it is new.
 
     The noun is locked meanwhile: two runs at once make one version, and no version comes between another
-    and its parent. If the work gives the tables of the newest version again, no version is made.
+    and its parent. If the work gives the tables of the newest version again, no version is made. If another
+    machine makes the version first, this one is planned and made anew, after it.
 
     Raises:
         Exception: whatever planning or computing raised.
     """
+    lost = 0
+    while True:
+        with store.claim(stage.noun) as version:
+            try:
+                return _next(store, stage, settings, scope, version)
+            except Overtaken:
+                if version == lost:  # the bucket neither has the version nor takes it
+                    raise
+                lost = version
+
+
+def _next(
+    store: Store, stage: Stage, settings: BaseModel, scope: Scope, version: int
+) -> tuple[Manifest, bool]:
+    """The version of a number, unless one holds the same; and whether it is new."""
     assert stage.plan is not None
     assert stage.compute is not None
-    with store.claim(stage.noun) as version:
-        plan = stage.plan(store, scope, settings, stage)
-        work = stage.work(stage.noun, settings, plan.inputs, seed=plan.seed)
-        standing = plan.standing or store.standing(work)
-        if standing is not None:
-            return standing, False
-        made = stage.compute(StoreInputs(store, plan.receipts, version=version), settings)
-        newest = store.latest(stage.noun)
-        if newest is not None and _holds(store, newest, work, made):
-            store.confirm(work, newest.version)
-            return newest, False
-        return store.commit_version(work, made, version, parent=plan.parent), True
+    plan = stage.plan(store, scope, settings, stage)
+    work = stage.work(stage.noun, settings, plan.inputs, seed=plan.seed)
+    standing = plan.standing or store.standing(work)
+    if standing is not None:
+        return standing, False
+    made = stage.compute(StoreInputs(store, plan.receipts, version=version), settings)
+    newest = store.latest(stage.noun)
+    if newest is not None and _holds(store, newest, work, made):
+        store.confirm(work, newest.version)
+        return newest, False
+    return store.commit_version(work, made, version, parent=plan.parent), True
 
 
 def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:

@@ -1,4 +1,4 @@
-"""Versions: immutable numbered folders, made by one process at a time and committed by one rename."""
+"""Versions: immutable numbered folders, committed by one rename; in a bucket by a manifest that is new."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import os
 import re
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.numbers.arrays import Content
-from pitchlore.pipeline.store.claims import claimed
-from pitchlore.pipeline.store.mirrors import Mirror
+from pitchlore.pipeline.store.mirrors import Mirror, key_of
 from pitchlore.pipeline.store.paths import listed, sync
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, software
@@ -22,6 +21,8 @@ from pitchlore.pipeline.store.temporaries import beside
 from pitchlore.pipeline.store.work import Made, Work, contents
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
+#: Key of a file of a version; the folder, and the name.
+_FILE = re.compile(r"(.+/v\d{4,})/((?!manifest\.json$)[^/]+)")
 
 
 class Confirmed(Frozen):
@@ -82,30 +83,31 @@ class Versions(Reading):
 
     @contextmanager
     def claim(self, noun: str) -> Iterator[int]:
-        """Hold the next version number of a noun: no other thread or process makes a version meanwhile.
+        """Hold the next version number of a noun: nobody else on this machine makes a version meanwhile.
 
-        If a process is killed before its commit, its number is free again. In a bucket that is known at once
-        on the same machine, and after some minutes on others (:func:`pipeline.store.claims.claimed`).
+        If a process is killed before its commit, its number is free again. Of machines that share a bucket,
+        several may hold the same number: the first to commit has it (:meth:`commit_version`).
+
+        Raises:
+            BucketFailed: if the bucket cannot be reached.
         """
-        with self.locked(noun), ExitStack() as stack:
-            if self.mirror is not None:
-                stack.enter_context(claimed(self.mirror, self.root / noun))
-                self.mirror.sync()
+        with self.locked(noun):
+            self.catch_up()
             yield (self.versions(noun) or [0])[-1] + 1
 
     def commit_version(self, work: Work, made: Made, version: int, *, parent: int | None) -> Manifest:
-        """Write a claimed version aside and commit it by one rename; in a bucket by its manifest, the last.
+        """Write a version aside and commit it by one rename; in a bucket by creating its manifest, the last.
 
         Args:
             work: work that made it.
             made: its tables and other files.
-            version: the claimed number.
+            version: the number, from :meth:`claim`.
             parent: the version that it follows, None for the first.
 
         Raises:
             SchemaMismatch: if a table breaks its schema; nothing is written then.
             StorageFailed: if the disk refuses; the versions before it are as they were.
-            Overtaken: if another machine made the version, because it took this one for dead.
+            Overtaken: if another machine has made the version meanwhile.
         """
         noun = work.noun
         written = contents(made, where=f"{noun} {version}")
@@ -145,6 +147,26 @@ class Versions(Reading):
                             next_step="Run again: it goes on from what stands")
         shutil.rmtree(final, ignore_errors=True)  # if it is there, it is the same one
 
+    def prune_versions(self) -> list[Path]:
+        """Remove from the bucket the files of versions that their manifests do not name.
+
+        They are of makers that were overtaken. A version that stands is never made again, so nobody needs
+        them. Files of a version without a readable manifest stay: somebody may be making it.
+
+        Returns:
+            The paths that the removed files have in the copy; none without a bucket.
+
+        Raises:
+            BucketFailed: if the bucket cannot be reached.
+        """
+        if self.mirror is None:
+            return []
+        keys = [entry.key for entry in self.mirror.bucket.listing()]
+        left = [self.mirror.folder / key for key in keys if _overtaken(self.mirror.folder, key)]
+        for path in left:
+            self.mirror.remove(path)
+        return left
+
     def confirm(self, work: Work, version: int) -> None:
         """Note that this work gives the content of an existing version, so that it is not done again."""
         self.keep(self._confirmed(work.noun), sealed(Confirmed(key=work.key, version=version)))
@@ -161,3 +183,17 @@ class Versions(Reading):
 
     def _confirmed(self, noun: str) -> Path:
         return self.root / noun / "confirmed.json"
+
+
+def _overtaken(copy: Path, key: str) -> bool:
+    """True if a key is that of a file in the folder of a version whose manifest does not name it."""
+    found = _FILE.fullmatch(key)
+    if found is None:
+        return False
+    folder, name = found.groups()
+    with suppress(CorruptFile):
+        manifest = read_model(f"{copy}/{folder}/manifest.json", Manifest)
+        return manifest is not None and all(
+            name not in (record.path, key_of(f"{folder}/{record.path}", record.sha256).rpartition("/")[2])
+            for record in manifest.files.values())
+    return False
