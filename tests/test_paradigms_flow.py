@@ -10,7 +10,8 @@ import polars as pl
 import pytest
 
 from pitchlore.flows.cli import main
-from pitchlore.flows.paradigms import paradigms_flow, points_of, reports
+from pitchlore.flows.paradigms import paradigms_flow
+from pitchlore.pipeline.engine.paradigms import points_of, reports
 from pitchlore.pipeline.paradigms import experiments
 from pitchlore.pipeline.paradigms.experiments import Design
 from pitchlore.pipeline.store import Store

@@ -5,7 +5,6 @@ import pytest
 from support.seasons import season, tables
 from test_season_tables import GAME, KICK, decisions, goals, match
 
-from pitchlore.flows.report import drawn
 from pitchlore.pipeline.report.kickoffs import NOT_TOLD, conclusions, kick_offs
 from pitchlore.pipeline.report.measures import BRIEF, OTHER, OTHER_TIME
 from pitchlore.pipeline.report.sections import about_kick_offs, about_sensitivity
@@ -13,6 +12,7 @@ from pitchlore.pipeline.report.sensitivity import sensitivity, variations
 from pitchlore.pipeline.report.summary import beside_table_3, compared
 from pitchlore.pipeline.seasons.settings import names
 from pitchlore.pipeline.seasons.tables import game_row
+from pitchlore.pipeline.views.plots.report import pictures
 
 STATIC, HUMAN = "static", "human-like"
 S = 1_000_000_000
@@ -121,7 +121,7 @@ def test_sensitivity():
 def test_variations_are_apart():
     """Variations are no ablations: neither the comparison of settings nor the plots have them."""
     games, growth = varied()
-    assert "ablations-paper" not in drawn(games, growth)
+    assert "ablations-paper" not in pictures(games, growth)
     assert set(compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
     assert set(variations()) == {name for name in names() if name.startswith("paper-vary-")}
     assert all(reason.endswith(".") for reason in variations().values())

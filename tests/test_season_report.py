@@ -13,8 +13,6 @@ from support.receipts import put_receipt, receipt_at
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
 from pitchlore.flows.cli import main
-from pitchlore.flows.report import NAME, drawn, sources, write_report
-from pitchlore.flows.report import tables as tables_in
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -22,6 +20,8 @@ from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.arena.teams.table import TEAMS
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.report import NAME, sources, write_report
+from pitchlore.pipeline.engine.report import tables as tables_in
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation
 from pitchlore.pipeline.report.claims import verdicts
@@ -35,6 +35,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.pipeline.views.plots import seasons as plots
+from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.pipeline.views.plots.style import png
 from pitchlore.schemas import Evaluations, Games, Growth, Policies
 
@@ -93,7 +94,7 @@ def test_one_season():
     assert labels(figure) == {"against static (1 season)"}
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) goalkeeper", "(b) midfield", "(c) striker"]
     assert figure.axes[0].get_ylabel() == "states"
-    assert set(drawn(games, growth)) == {"table-3", "figure-8", "figure-9", "figure-10"}
+    assert set(pictures(games, growth)) == {"table-3", "figure-8", "figure-9", "figure-10"}
 
 
 def test_one_legend():
@@ -108,9 +109,9 @@ def test_one_legend():
 def test_ablations_drawn():
     """Ablations are drawn for the settings that they vary, and for no others."""
     games, growth = (pl.concat(parts) for parts in zip(world(2), *ablations(2), strict=True))
-    pictures = drawn(games, growth)
-    assert "ablations-paper" in pictures
-    assert "ablations-best" not in pictures
+    named = pictures(games, growth)
+    assert "ablations-paper" in named
+    assert "ablations-best" not in named
 
 
 def test_ablation_panels():
@@ -348,11 +349,11 @@ def test_made_once(tmp_path):
     """A report is made once, and anew when there are more seasons."""
     store = Store(tmp_path)
     put(store, *tables(season("paper", "static", 1, last=3)))
-    first, page, _ = write_report(store)
-    assert write_report(store)[0] == first
+    first, page, _ = write_report(store, pictures)
+    assert write_report(store, pictures)[0] == first
     assert "not judged" in page.read_text()
     put(store, *tables(season("paper", "static", 2, last=3)))
-    assert write_report(store)[0].key != first.key
+    assert write_report(store, pictures)[0].key != first.key
 
 
 def read(store):
@@ -378,7 +379,7 @@ def taught(tmp_path):
 
 def test_preferences_in_report(taught, capsys):
     """A report says what the apprentices of the best settings do, as long as their policy is there."""
-    page = write_report(taught).page
+    page = write_report(taught, pictures).page
     assert "044 Robot reaches the ball (0.1)" in page.read_text()
     main_ok(["report", "--json", "--data", str(taught.root)])
     (goalkeeper, _, striker) = json.loads(capsys.readouterr().out)["preferences"]
@@ -388,11 +389,11 @@ def test_preferences_in_report(taught, capsys):
     store = taught.root / "seasons" / SHORT.id
     store.rename(away := store.with_name("away"))
     assert read(taught).preferences.height == 0
-    page = write_report(taught).page
+    page = write_report(taught, pictures).page
     assert "044 Robot reaches the ball (0.1)" not in page.read_text()
     assert f"{SHORT.id} cannot be listed: the policy is gone" in page.read_text()
     away.rename(store)
-    page = write_report(taught).page
+    page = write_report(taught, pictures).page
     assert "044 Robot reaches the ball (0.1)" in page.read_text()
 
 
@@ -405,22 +406,22 @@ def measure(store, seeds=(0,), seconds=2.0, policy=SHORT.id, against="random", *
 
 def test_evaluations_in_report(taught):
     """A report is made anew for evaluations of its own apprentices, and for no others."""
-    first = write_report(taught).receipt
+    first = write_report(taught, pictures).receipt
     measure(taught, policy="static")
     measure(taught, seconds=1.0)
     measure(taught, min_visits=3)
-    again = write_report(taught).receipt
+    again = write_report(taught, pictures).receipt
     assert again == first
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)
     measure(taught, (0, 1))
-    measured, page, _ = write_report(taught)
+    measured, page, _ = write_report(taught, pictures)
     assert measured.key != first.key
     rows = read(taught).evaluations
     assert rows.select("team", "opponent", "seed", "match").rows() == [
         (SHORT.id, "random", seed, match) for seed in (0, 1) for match in (1, 2)]
     assert sum(label.startswith("evaluations/") for label in measured.inputs) == 2
     assert "pitchlore evaluate --policy best-static-1 --against random --matches 4 --minutes 0.03333333333333333" in page.read_text()
-    assert write_report(taught)[0] == measured
+    assert write_report(taught, pictures)[0] == measured
     assert [receipt.name for receipt in taught.receipts("report")] == [NAME]
 
 
@@ -429,7 +430,7 @@ def test_controls_in_report(taught):
     measure(taught, (0, 1))
     measure(taught, (0, 1), policy="constant:044")
     measure(taught, policy="constant:021", seconds=1.0)
-    _, page, (_, _, evaluations, left_out, _) = write_report(taught)
+    _, page, (_, _, evaluations, left_out, _) = write_report(taught, pictures)
     assert (evaluations["team"].unique().sort().to_list(), left_out) == ([SHORT.id, "constant:044"], 1)
     said = page.read_text()
     assert "pitchlore evaluate --policy constant:044 --against random --matches 4 --minutes 0.0333" in said

@@ -13,7 +13,6 @@ from pitchlore.flows.commands.import_ import bring_in
 from pitchlore.flows.commands.printing import bars, console, print_frame, spelt
 from pitchlore.flows.commands.replay import write_page
 from pitchlore.flows.commands.run import bring_up_to_date
-from pitchlore.flows.report import write_report
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -23,12 +22,14 @@ from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
 from pitchlore.pipeline.engine.matches import with_map
 from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.report import write_report
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.seasons.settings import Season, named
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.pipeline.views.scout.content.write import write as scouted
 from pitchlore.schemas import Behaviours
 
@@ -148,7 +149,7 @@ def _question(catalogue: Path, out: Console) -> None:
 
 def _paths(store: Store, played: list[str], season: Season, common: Common, out: Console) -> None:
     page, _ = write_page(store, played[-1])
-    report, scout = write_report(store).page, scouted(store).first
+    report, scout = write_report(store, pictures).page, scouted(store).first
     where = "" if common.data == DEFAULTS.data else f" --data {store.where}"
     lines = [
         ("Open", ""),

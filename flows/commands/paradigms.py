@@ -16,8 +16,9 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.orchestrated import orchestrated
 from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
-from pitchlore.flows.paradigms import FigureReport, paradigms_flow, points_of, reports
+from pitchlore.flows.paradigms import paradigms_flow
 from pitchlore.pipeline.engine.outputs import need
+from pitchlore.pipeline.engine.paradigms import FigureReport, points_of, reports
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.numbers.statistics import wilson

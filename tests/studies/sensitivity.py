@@ -13,7 +13,7 @@ from pathlib import Path
 
 import polars as pl
 
-from pitchlore.flows.report import sources, tables
+from pitchlore.pipeline.engine.report import sources, tables
 from pitchlore.pipeline.report.claims import PAPER
 from pitchlore.pipeline.report.sections import about_sensitivity
 from pitchlore.pipeline.report.sensitivity import sensitivity, varied

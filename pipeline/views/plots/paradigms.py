@@ -16,7 +16,10 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocat
 from matplotlib.transforms import ScaledTranslation
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain
+from pitchlore.pipeline.paradigms.claims import PEAK
+from pitchlore.pipeline.paradigms.experiments import OTHER_GAMES, FigureNumber
+from pitchlore.pipeline.paradigms.readings import informative
+from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain, png
 
 #: Colour and marker of each learner, the same in all figures. IQ's family is blue. WoLF-PHC's is Okabe and
 #: Ito's yellow, darkened for white paper. The markers alone tell all learners apart.
@@ -104,6 +107,23 @@ _BELOW = {"k": 0.5, "decay": 0.95}
 
 #: Steps of the shortest path in the grid world.
 _SHORTEST = 4
+
+
+def pictures(points: pl.DataFrame, figure: FigureNumber) -> dict[str, bytes]:
+    """Plots of a figure's points as PNG, by name: the figure (6 stands for 6 and 7), other games, readings.
+
+    Args:
+        points: schema Paradigms, of one figure.
+        figure: figure that the points are filed under.
+    """
+    drawn = points.filter(pl.col("study") == "figure")
+    plots = {f"figure-{number}": curves(drawn, number, paper=PEAK)
+             for number in ((6, 7) if figure == 6 else (figure,))}
+    for game in sorted(set(drawn["game"]) & set(OTHER_GAMES)):
+        plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
+    if points["study"].eq("sensitivity").any():
+        plots["sensitivity"] = sensitivity(informative(points))
+    return {name: png(plot) for name, plot in plots.items()}
 
 
 def curves(

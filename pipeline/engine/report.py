@@ -1,6 +1,6 @@
 """The report on all seasons: claims with verdicts, plots, and one page."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -16,27 +16,15 @@ from pitchlore.pipeline.engine.outputs import refusing
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.report.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
+from pitchlore.pipeline.report.claims import BEST, IN_GAMES, STATIC, verdicts
 from pitchlore.pipeline.report.document import web_page
-from pitchlore.pipeline.report.measures import (
-    CONTROLS,
-    DIFFERENCE,
-    EFFECTIVE,
-    OTHER,
-    OTHER_TIME,
-    Pooling,
-)
+from pitchlore.pipeline.report.measures import CONTROLS
 from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred
 from pitchlore.pipeline.report.report import COLOURS, SeasonsReport
-from pitchlore.pipeline.report.sensitivity import varied
-from pitchlore.pipeline.report.summary import beside_table_3, curves
-from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE, Receipt
 from pitchlore.pipeline.store.work import Made
-from pitchlore.pipeline.views.plots import seasons as plots
-from pitchlore.pipeline.views.plots.style import png
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
 #: Name of the noun's only output.
@@ -46,11 +34,8 @@ TITLE = "Pitchlore: seasons"
 #: The report is made of all seasons; it has no settings.
 NO_SETTINGS = Frozen()
 
-#: Pooling of values that cannot be below 0 (a percentage: above 100): their bands end there.
-_WITHIN: dict[str, Pooling] = {
-    "other": "percent",
-    **dict.fromkeys(("states", "behaviours", "pairs", "effective", "cumulative"), "count"),
-}
+#: Plots of seasons (schemas Games and Growth) as PNG, by the names that the report gives them.
+Draw = Callable[[pl.DataFrame, pl.DataFrame], dict[str, bytes]]
 
 
 def damaged(store: Store) -> list[Vouched]:
@@ -247,41 +232,10 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
-    """Plots as PNG, by their names in the report; a plot without seasons is left out.
-
-    Args:
-        games: schema Games.
-        growth: schema Growth.
-    """
-    found = {}
-    paper, known = (table.filter(pl.col("settings") == PAPER) for table in (games, growth))
-    if paper.height:
-        goals = {"effective": EFFECTIVE, "cumulative": EFFECTIVE.cum_sum(), "difference": DIFFERENCE}
-        actions = {name: pl.col(name) for name in ("behaviours", "pairs")}
-        printed = beside_table_3(games, PAPER)
-        found["table-3"] = plots.table_3(curves(paper, {"other": OTHER}, poolings=_WITHIN), printed, CHANGE)
-        states = {"states": pl.col("states")}
-        found["figure-8"] = plots.states(curves(known, states, ["role"], poolings=_WITHIN))
-        found["figure-9"] = plots.actions(curves(known, actions, ["role"], poolings=_WITHIN))
-        found["figure-10"] = plots.goals(curves(paper, goals, poolings=_WITHIN))
-    both = {"difference": DIFFERENCE, "other": OTHER_TIME}
-    best = games.filter(pl.col("settings") == BEST)
-    if best.height:
-        found["best"] = plots.progress(curves(best, both, poolings=_WITHIN), LEARNED)
-    for base in (PAPER, BEST):
-        mine = (pl.col("settings") == base) | pl.col("settings").str.starts_with(f"{base}-")
-        variants = games.filter(mine & ~varied() & (pl.col("opponent") == STATIC))
-        if variants["settings"].n_unique() > 1 and base in variants["settings"]:
-            found[f"ablations-{base}"] = plots.ablations(
-                curves(variants, both, poolings=_WITHIN), base, CHANGE if base == PAPER else None)
-    return {name: png(figure) for name, figure in found.items()}
-
-
-def _made(found: Tables) -> Made:
+def _made(found: Tables, draw: Draw) -> Made:
     """Claims, plots, and the report as Markdown and as a web page."""
     games, growth, evaluations, left_out, preferences = found
-    claims, pictures = verdicts(games, growth, evaluations), drawn(games, growth)
+    claims, pictures = verdicts(games, growth, evaluations), draw(games, growth)
     text = SeasonsReport(
         games, growth, evaluations, left_out, preferences, claims, list(pictures), RELEASE).markdown()
     page = web_page(TITLE, text, pictures, COLOURS)
@@ -306,10 +260,12 @@ class Written(NamedTuple):
     tables: Tables
 
 
-def write_report(store: Store) -> Written:
+def write_report(store: Store, draw: Draw) -> Written:
     """Report on the present seasons, evaluations and policies, unless none of them has changed.
 
-    This is no flow: the work takes a few seconds and needs no server.
+    Args:
+        store: store of the seasons.
+        draw: draws the plots.
 
     Raises:
         NotFound: if no season has been played.
@@ -321,7 +277,7 @@ def write_report(store: Store) -> Written:
     receipt = store.holding(work)
     if receipt is None:
         with refusing(store, work.noun, work.name):
-            receipt = store.commit(work, _made(found))
+            receipt = store.commit(work, _made(found, draw))
     path = store.root / "report" / "index.html"
     store.keep(path, store.read(receipt, "page"))
     return Written(receipt, path, found)
