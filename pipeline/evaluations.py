@@ -8,13 +8,13 @@ interval is the pair.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import compress
 from typing import NamedTuple
 
 import polars as pl
 
-from pitchlore.pipeline.arena.match.controllers import Decided, PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.controllers import Controller, Decided, PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import PART, Match
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
 from pitchlore.pipeline.base.toml import Frozen
@@ -24,6 +24,8 @@ from pitchlore.pipeline.store.receipts import fingerprint
 from pitchlore.schemas import SIDES, Evaluations
 from pitchlore.schemas.decisions import BRIEF_FRAMES
 
+#: Controller of a team in a match, by its recipe and the team's side.
+ControllerOf = Callable[[Recipe, int], Controller]
 #: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000
 
@@ -94,19 +96,25 @@ class Pair(Frozen):
             yield side, Recipe(**whole.of_match(), home=home.settings, away=away.settings, seed=seed)
 
 
-def play(pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
+def play(
+    pair: Pair, policies: Mapping[str, PolicyTables], measured: ControllerOf | None = None
+) -> pl.DataFrame:
     """Results of a pair of matches, which are played without a log.
 
     Args:
         pair: the pair.
         policies: by the label in the teams' settings.
+        measured: controller of the measured team, by recipe and side (0 home, 1 away); None: that of its
+            settings.
 
     Returns:
         Two rows of schema Evaluations.
     """
     whole, rows = pair.evaluation, []
     for number, (side, recipe) in enumerate(pair.matches(), start=1):
-        minds = controllers_of(recipe, policies)
+        live: list[Controller | None] = [None, None]
+        live[side] = None if measured is None else measured(recipe, side)
+        minds = controllers_of(recipe, policies, (live[HOME], live[AWAY]))
         match = Match(recipe, minds, logged=False)
         while match.advance(PART):
             pass

@@ -336,10 +336,7 @@ class AppraisalSettings(Frozen):
 
     Attributes:
         codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by
-            role. "all": every one that robots can do. "shuffled": as "watched", but in each role the actions
-            of the logged decisions are dealt out anew: the control of all that is learned of actions.
-        sights: inputs of the trees. "own": what robots saw when they decided. "drawn": in each role
-            these sights are dealt out anew: the control of all that is learned of sights.
+            role. "all": every one that robots can do.
         watched: whether an action that was chosen too seldom for trees is appraised by what V did while the
             imitated team was seen doing it (``grams.watched_s``), if that was often enough.
         least_share: an action of a role is offered if it is the best at so great a share of the role's logged
@@ -348,11 +345,10 @@ class AppraisalSettings(Frozen):
             learning_rate, max_leaf_nodes, min_samples_leaf, l2_regularization and max_bins of histogram
             boosting, for each action.
         expected_trees, expected_leaves: the same of what is expected of all actions together.
-        seed: seed of its bins, and of both deals.
+        seed: seed of its bins.
     """
 
-    codes: Literal["watched", "all", "shuffled"] = "watched"
-    sights: Literal["own", "drawn"] = Field(default="own", exclude_if=lambda sights: sights == "own")
+    codes: Literal["watched", "all"] = "watched"
     watched: bool = False
     least_share: float = Field(default=0.03, ge=0, lt=1)
     trees: int = Field(default=60, ge=1)
@@ -364,12 +360,6 @@ class AppraisalSettings(Frozen):
     tree_penalty: float = Field(default=20.0, ge=0)
     bins: int = Field(default=64, ge=2, le=255)
     seed: int = 0
-
-    @model_validator(mode="after")
-    def _one_control(self) -> Self:
-        if self.sights == "drawn" and (self.watched or self.codes == "shuffled"):
-            raise ValueError('sights "drawn" goes without watched, and without codes "shuffled"')
-        return self
 
 
 class PolicySettings(Frozen):

@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
 
 from pitchlore.pipeline.arena.match import controllers
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
@@ -15,7 +16,6 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import appraise as worth
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
-from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.policies.appraise import actions, appraise
 from pitchlore.pipeline.sequences.sights import sights
@@ -23,20 +23,14 @@ from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.situations.rules import TABLE_1
 from pitchlore.pipeline.state.sight import see_from
 from pitchlore.schemas import (
-    ROLES,
     SIDES,
     Appraisals,
-    Decisions,
     Occasions,
-    Policies,
     Sequences,
     Sights,
     Values,
 )
 from pitchlore.schemas.sights import SIGHT
-
-SMALL = AppraisalSettings(trees=10, leaf_samples=20, tree_penalty=0.0)
-PLACE = {name: place for place, name in enumerate(SIGHT)}
 
 
 def view_of(*bodies):
@@ -48,14 +42,6 @@ def seen(view, robot):
     out = np.empty(len(SIGHT), dtype=np.float32)
     see_from(view, robot, 0.75, out)
     return dict(zip(SIGHT, out.tolist(), strict=True))
-
-
-def pairs_of(**codes):
-    """Values of actions by role: no action is better than another."""
-    return Policies.of([
-        {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
-         "behaviour_id": f"{role}-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0}
-        for role in ROLES for code in sorted(codes[role])])
 
 
 # ---- sights
@@ -230,29 +216,6 @@ def test_what_is_not_tried_is_watched():
     assert np.mean(better == up) > 0.95
 
 
-def decided(sight, code, change, role="striker"):
-    """Decisions with what was seen, one second apart."""
-    t_ns = np.arange(len(code)) * 1_000_000_000
-    made = Decisions.validate(pl.DataFrame({
-        "match_id": "it", "team": "home", "robot": 1, "role": role, "t_ns": t_ns, "end_ns": t_ns + 1, "state": 0,
-        "behaviour_id": [f"{role}-{each:03d}" for each in code], "chosen": True, "random": False, "reward": 0.0,
-        "episode": 0, "ends": None, "value": 0.0}, schema=Decisions.dtypes()))
-    looked = Sights.validate(pl.DataFrame({
-        "match_id": "it", "team": "home", "robot": 1, "t_ns": t_ns, "role": role, "code": None, "sight": sight, "change": change},
-        schema=Sights.dtypes()))
-    return made, looked
-
-
-def two_places(seed, rng_codes=(21, 44, 88)):
-    """Where the ball is far up, 021 is worth more, elsewhere 044; 088 is always worth less."""
-    rng = np.random.default_rng(seed)
-    sight = rng.normal(size=(3000, len(SIGHT))).astype(np.float32)
-    code = rng.choice(rng_codes, len(sight))
-    up = sight[:, PLACE["ball_x"]] > 0
-    change = np.where(code == 88, -0.2, np.where((code == 21) == up, 0.1, -0.1)) + rng.normal(scale=0.05, size=len(code))
-    return sight, code, change
-
-
 def test_learns_what_to_do_where():
     """The best action of each place is found, and one that is the best nowhere is no longer offered."""
     sight, code, change = two_places(1)
@@ -280,32 +243,6 @@ def test_learns_nothing_from_shuffled_changes():
     up = new[:, PLACE["ball_x"]] > 0
     gain = np.array([worth(appraiser, 1, each) - worth(appraiser, 2, each) for each in new])
     assert abs(gain[up].mean() - gain[~up].mean()) < 0.02, "0.2 in truth"
-
-
-def test_learns_nothing_from_shuffled_actions():
-    """The control of a season: with the actions of a role dealt out anew, none is told from another by place."""
-    sight, code, change = two_places(1)
-    found, kept = appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44]),
-                           SMALL.model_copy(update={"codes": "shuffled"}), 1)
-    appraiser, _ = appraiser_of(kept, found)
-    new = two_places(2)[0][:500]
-    up = new[:, PLACE["ball_x"]] > 0
-    gain = np.array([worth(appraiser, 1, each) - worth(appraiser, 2, each) for each in new])
-    assert abs(gain[up].mean() - gain[~up].mean()) < 0.02, "0.2 in truth"
-
-
-def test_learns_no_places_from_drawn_sights():
-    """The control of looking: with sights of other moments no place is told apart, and what is always worse still is."""
-    sight, code, change = two_places(1)
-    found, kept = appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88]),
-                           SMALL.model_copy(update={"sights": "drawn", "least_share": 0.0}), 1)
-    appraiser, _ = appraiser_of(kept, found)
-    new = two_places(2)[0][:500]
-    up = new[:, PLACE["ball_x"]] > 0
-    gain = np.array([worth(appraiser, 1, each) - worth(appraiser, 2, each) for each in new])
-    assert abs(gain[up].mean() - gain[~up].mean()) < 0.02, "0.2 in truth"
-    worst = np.array([worth(appraiser, 1, each) - worth(appraiser, 3, each) for each in new])
-    assert worst.mean() > 0.1, "0.2 in truth"
 
 
 def test_little_evidence_is_shrunk():
@@ -354,48 +291,8 @@ def test_team_takes_the_best():
     assert made.equals(log())
 
 
-def looks(**how):
-    """Where the ball is in strikers' decisions, float64 [n], and whether they take 021, as they should in the other half."""
-    table = pairs_of(goalkeeper=[88], midfield=[11], striker=[21, 44])
-    at = {"version": 1, "tree": 1, "missing_left": True}
-    split = at | {"code": 21, "node": 0, "feature": "ball_x", "threshold": 0.0, "left": 1, "right": 2, "value": 0.0}
-    ends = [at | {"code": 21, "node": node, "feature": None, "threshold": None, "missing_left": None, "left": None,
-                  "right": None, "value": value} for node, value in ((1, -1.0), (2, 1.0))]
-    appraisals = Appraisals.of([ends[0] | {"tree": 0, "node": 0, "value": 0.0}, split, *ends])
-    recipe = Recipe(home=TeamSettings(kind="learned", policy="it", **how), away=TeamSettings(kind="static"), seed=4,
-                    referee=RefereeSettings(duration_s=120.0))
-    match = Match(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
-    while match.advance(1000):
-        pass
-    part = match.take()
-    log = MatchLog(match.info, part.frames, part.referee, part.decisions)
-    rows = log.decisions.join(sights(log, Values.empty(), GramSettings()), on=("team", "robot", "t_ns")).filter(role="striker")
-    rows = rows.sort("t_ns")
-    return rows["sight"].arr.get(PLACE["ball_x"]).to_numpy(), (rows["behaviour_id"] == "striker-021").to_numpy()
-
-
-def test_blind_team():
-    """A blind team takes each action as often as it sees cause to, but at other times."""
+def test_team_acts_on_what_it_sees():
+    """At each decision a striker takes what is appraised highest at the place of the ball."""
     ball, shoots = looks()
     assert (shoots == (ball > 0)).all()
-    ball, shoots = looks(blind=True)
-    there, back, whole = shoots[ball > 0], shoots[ball <= 0], shoots
-    assert 0.05 < whole.mean() < 0.95
-    assert abs(there.mean() - back.mean()) < 4 * np.sqrt(whole.var() * (1 / len(there) + 1 / len(back)))
-    with pytest.raises(BadSettings, match="only a team that appraises what it sees can be blind"):
-        controllers_of(Recipe(home=TeamSettings(kind="learned", blind=True), away=TeamSettings(kind="static"), seed=1), {})
-
-
-def test_blind_for_a_time():
-    """It acts on what its role saw so many decisions ago: first on the first, then on one after the other."""
-    ball, shoots = looks(blind=True, blind_s=3.0)  # a decision each 0.5 s
-    late = 6
-    assert (shoots[late:] == (ball[:-late] > 0)).all()
-    assert (shoots[:late] == (ball[0] > 0)).all()
-    assert (shoots != (ball > 0)).any()
-    ball, shoots = looks(blind=True, blind_s=0.1)  # less than half a decision: one
-    assert (shoots[1:] == (ball[:-1] > 0)).all()
-    ball, shoots = looks(blind=True, blind_s=0.5, clock_s=1e-9)  # a decision lasts for a frame at least
-    assert (shoots[30:] == (ball[:-30] > 0)).all()
-    with pytest.raises(BadSettings, match="only a blind team acts on what it saw so long ago"):
-        looks(blind_s=3.0)
+    assert 0.05 < shoots.mean() < 0.95

@@ -74,8 +74,7 @@ def test_an_opponent_in_an_environment(tmp_path, text):
 
 def test_options_of_the_other_kind(tmp_path, capsys):
     """An option that no team of a match has is refused before a match is played, in a line that says whose it is."""
-    for option, whose in (("--blind", "only a team that looks (its policy's learner is \"sight\") has this option"),
-                          ("--clock-s=0.3", "only a team that looks"),
+    for option, whose in (("--clock-s=0.3", "only a team that looks (its policy's learner is \"sight\") has this option"),
                           ("--lcb-weight=0.7", "only a team that looks behaviours up in states has this option")):
         with pytest.raises(SystemExit, match="1"):
             main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
@@ -85,7 +84,7 @@ def test_options_of_the_other_kind(tmp_path, capsys):
     with pytest.raises(SystemExit, match="1"):
         main(["evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", str(tmp_path)])
     assert "--min-visits: only a team that looks behaviours up in states has this option" in capsys.readouterr().err
-    (looks, stays), _ = Learners(blind=True, predict_s=0.1).entrants(Store(tmp_path), season.id, "constant:044")
-    assert (looks.settings.blind, stays.settings.blind) == (True, False), "each has what its kind has"
+    (looks, stays), _ = Learners(clock_s=0.3, predict_s=0.1).entrants(Store(tmp_path), season.id, "constant:044")
+    assert (looks.settings.clock_s, stays.settings.clock_s) == (0.3, 0.5), "each has what its kind has"
     assert (looks.settings.predict_s, stays.settings.predict_s) == (0.1, 0.1)
     assert not (tmp_path / "evaluations").exists()

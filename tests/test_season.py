@@ -268,8 +268,6 @@ ABLATIONS = {
     "looking-held": {"explore", "explore_last", "explore_s", "pipeline.policies.appraisals.codes"},
     "looking-held-late": {"camera.latency_s", "camera.position_noise", "predict_s", "explore", "explore_last", "explore_s",
                           "pipeline.policies.appraisals.codes"},
-    "looking-drawn": {"pipeline.policies.appraisals.codes", "pipeline.policies.appraisals.sights"},
-    "looking-shuffled": {"pipeline.policies.appraisals.codes"},
     "paper-full35": {"pipeline.knowledge.state_key", "opponents"},
     "paper-level": {"lead", "opponents"},
     "best-begin-all": {"clock.begin_ended"},

@@ -89,7 +89,7 @@ _IN_STATES, _CONSTANT = "a team that looks behaviours up in states", "a constant
 _CLOCK = tuple(ClockSettings.model_fields)
 #: Kinds of learned teams, and the options that each has.
 _OPTIONS = {
-    _LOOKS: ("explore", "blind", "blind_s", "predict_s", "clock_s"),
+    _LOOKS: ("explore", "predict_s", "clock_s"),
     _IN_STATES: ("explore", "lcb_weight", "min_visits", "predict_s", *_CLOCK),
     _CONSTANT: ("predict_s", *_CLOCK),
 }
@@ -106,10 +106,6 @@ class Learners:
             bound (default: as in its season, else 0).
         min_visits: Visits of a state from which a learned team uses its finer key (default: as in its
             season, else 0).
-        blind: Robots of a learned team act on sights that their role had before in the match: the control of
-            a team that looks.
-        blind_s: Seconds: robots of a blind team act on what their role saw so long ago, in place of any
-            earlier moment.
         predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as when it
             learned, else 0).
         clock_s: Seconds between decisions of a team that looks (default: as when it learned, else 0.5).
@@ -123,8 +119,6 @@ class Learners:
     explore: NormFloat | None = None
     lcb_weight: NonNegativeFloat | None = None
     min_visits: NonNegativeInt | None = None
-    blind: Annotated[bool | None, Parameter(negative=())] = None
-    blind_s: Annotated[float | None, Parameter(validator=Number(gte=0, lte=600))] = None
     predict_s: NormFloat | None = None
     clock_s: Annotated[float | None, Parameter(validator=Number(gt=0, lt=math.inf))] = None
     least_s: Annotated[float | None, Parameter(validator=Number(gte=0, lt=math.inf))] = None

@@ -22,6 +22,7 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import forget_outputs
+from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.child import give_back
 from pitchlore.pipeline.engine.knowledge import of_imitated
 from pitchlore.pipeline.engine.outputs import match_names, need
@@ -110,14 +111,16 @@ def play(data: Path, season: Season, game: int, recorder: Recorder = record) -> 
     return [recipe.match_id for recipe in recipes]
 
 
-def learn(data: Path, season: Season, game: int, matches: list[str], discard: bool) -> None:
+def learn(
+    data: Path, season: Season, game: int, matches: list[str], discard: bool, stages: Chain = STAGES
+) -> None:
     """Take a game's matches through all stages, train on them, and commit the game's rows."""
     own, settings, group = store_of(data, season), season.settings.pipeline, group_of(game)
     scope = Scope(matches=tuple(sorted(matches)), group=group)
-    STAGES.make(own, settings, scope)
+    stages.make(own, settings, scope)
     known, policy = (
         emit(own, stage, stage.settings(settings), scope)[0]
-        for stage in (STAGES[noun] for noun in STAGES.versioned)
+        for stage in (stages[noun] for noun in stages.versioned)
     )
     _commit(data, season, game, matches[0], known, policy)
     if discard:
@@ -230,7 +233,14 @@ class Turn(NamedTuple):
         return Turn(self.season, self.game + 1) if self.game < self.season.settings.games else None
 
 
-def take(data: Path, turn: Turn, discard: bool) -> None:
-    """Play a game and learn from it; steps that are done already are not repeated."""
-    learn(data, turn.season, turn.game, play(data, turn.season, turn.game), discard)
+def take(data: Path, turn: Turn, discard: bool, stages: Chain = STAGES) -> None:
+    """Play a game and learn from it; steps that are done already are not repeated.
+
+    Args:
+        data: the data folder.
+        turn: the game.
+        discard: delete the game's logs and tables after learning from it, except its sides and decisions.
+        stages: make what is learned.
+    """
+    learn(data, turn.season, turn.game, play(data, turn.season, turn.game), discard, stages)
     give_back()

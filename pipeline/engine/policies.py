@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
 from itertools import islice
@@ -22,13 +23,18 @@ from pitchlore.pipeline.engine.knowledge import (
 )
 from pitchlore.pipeline.engine.outputs import digests, need
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
-from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.settings import AppraisalSettings, PolicySettings
 from pitchlore.pipeline.sides.teams import Team, sides_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt, digest
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
 
+#: Appraisals and the pairs that are kept, as :func:`pipeline.policies.appraise.appraise` makes them: from
+#: decisions, sights, pairs, settings, version and watched sights.
+Fit = Callable[
+    [pl.DataFrame, pl.DataFrame, pl.DataFrame, AppraisalSettings, int, pl.DataFrame | None],
+    tuple[pl.DataFrame, pl.DataFrame]]
 #: Settings of the team that chose that a policy keeps, so that it plays as what it learned from: a clock, and
 #: how far ahead it predicts.
 PLAYS = ("clock", "clock_s", "predict_s")
@@ -77,10 +83,15 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     return Plan(receipts, inputs)
 
 
-def compute(inputs: Inputs, settings: PolicySettings) -> Made:
+def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) -> Made:
     """The action values of a policy: of what the knowledge has of the team that it imitates; and appraisals.
 
     Decisions are those of that team, and those that players chose.
+
+    Args:
+        inputs: of the next version.
+        settings: of the stage.
+        fit: fits the appraisals; None: :func:`pipeline.policies.appraise.appraise`.
     """
     from pitchlore.pipeline.policies.appraise import actions, appraise  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
@@ -108,7 +119,8 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
         sights = pl.concat(inputs.batches("sequences", Sights))
         watched = sights.drop_nulls("code").join(
             mine, on=("match_id", "team"), how="semi", maintain_order="left")
-        appraisals, kept = appraise(ordered, sights, seen, settings.appraisals, inputs.version, watched)
+        appraisals, kept = (fit or appraise)(
+            ordered, sights, seen, settings.appraisals, inputs.version, watched)
         policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
     returned = returns_of(policy, ordered, _returns(inputs), settings)
     tables = [(policy, Policies), (appraisals, Appraisals), (returned, Returns),

@@ -28,15 +28,13 @@ class Options(TypedDict, total=False):
     """How a learned team is to play. What is left out, or None, is as when the team learned, or was found.
 
     Attributes:
-        explore, lcb_weight, min_visits, blind, blind_s, predict_s, clock_s: see ``TeamSettings``.
+        explore, lcb_weight, min_visits, predict_s, clock_s: see ``TeamSettings``.
         least_s, interrupts, begin_ended: see ``ClockSettings``.
     """
 
     explore: float | None
     lcb_weight: float | None
     min_visits: int | None
-    blind: bool | None
-    blind_s: float | None
     predict_s: float | None
     clock_s: float | None
     least_s: float | None

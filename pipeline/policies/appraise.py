@@ -68,7 +68,7 @@ def appraise(
         decisions: rows of schema Decisions; those of more than one code are passed over.
         sights: rows of schema Sights of the same matches.
         pairs: of :func:`actions`.
-        settings: the trees, ``least_share``, what is dealt out anew (``codes``, ``sights``), and ``watched``.
+        settings: the trees, ``least_share`` and ``watched``.
         version: of the policy.
         watched: rows of schema Sights of the team that is imitated; decisions are passed over.
 
@@ -83,10 +83,6 @@ def appraise(
         .join(sights.select(*at, "change").with_row_index("row"), on=at, maintain_order="left")
         .filter(pl.col("change").is_not_null())
         .select("role", pl.col("code").list.first().cast(pl.Int16), "row", "change"))
-    if settings.codes == "shuffled":
-        made = made.with_columns(pl.col("code").shuffle(settings.seed).over("role"))
-    if settings.sights == "drawn":
-        made = made.with_columns(pl.col("row").shuffle(settings.seed).over("role"))
     grown = _appraised(made, seen, set(made["code"]), settings)
     if settings.watched and watched is not None:
         shown = watched.with_row_index("row", offset=len(seen)).filter(

@@ -21,8 +21,8 @@ Who is blind acts each time on another sight, so that it also changes its mind m
 ``looking-held`` are blind in another way, too: they see what was 30 s ago. This arm, and the matches with what each role does best
 for a second, were added when the others were known.
 
-Controls of the learner: ``looking-shuffled`` learns from actions, and ``looking-drawn`` from sights, that were dealt
-out anew.
+Controls of the learner (:mod:`studies.permuted`): ``looking-shuffled`` learns from actions, and ``looking-drawn`` from
+sights, that were dealt out anew. Blind teams are in :mod:`studies.blind`.
 
 ``results.csv`` has a row for each apprentice, arm and opponent, ``controls.csv`` the same of teams that learn
 nothing, on the same seeds. ``aims.csv`` says what was reached. ``decisions.csv`` describes the decisions of four
@@ -33,6 +33,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,7 +43,11 @@ import numpy as np
 import polars as pl
 from harness import command
 from scipy import stats
+from studies.blind import blind
+from studies.pairs import kept, of_pairs
+from studies.permuted import Deal, actions_dealt, sights_dealt, stages
 
+from pitchlore.pipeline import arena
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
@@ -50,14 +57,15 @@ from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
 from pitchlore.pipeline.arena.teams.appraising import appraised, appraiser_of
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.engine.evaluations import evaluate
+from pitchlore.pipeline.engine.games import next_of, take
 from pitchlore.pipeline.engine.placement.crew import Crew
 from pitchlore.pipeline.engine.placement.places import crew_at
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import apprentice, entrant, labelled
-from pitchlore.pipeline.evaluations import Evaluation
+from pitchlore.pipeline.evaluations import Evaluation, Pair, play
 from pitchlore.pipeline.numbers.statistics import mean_interval, welch
 from pitchlore.pipeline.policies.appraise import appraise
-from pitchlore.pipeline.report.measures import DIFFERENCE
+from pitchlore.pipeline.seasons.settings import Season, named
 from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.store import Store
@@ -197,6 +205,9 @@ CONTROLS: dict[str, list[tuple[str, Arm]]] = {
     ALL.season: ALL.controls(),
     HELD.season: HELD.controls("constant:044", FOR_A_SECOND),
 }
+#: Seasons whose apprentices learn from a log that was dealt out anew: their settings, and how it is dealt out.
+DEALT: dict[str, tuple[str, Deal]] = {
+    "looking-shuffled": (WATCHED.season, actions_dealt), "looking-drawn": (ALL.season, sights_dealt)}
 #: Arms that differ only in whether all actions were offered.
 _ALIKE = tuple(zip(WATCHED.arms, ALL.arms, strict=True))
 
@@ -204,22 +215,50 @@ _ALIKE = tuple(zip(WATCHED.arms, ALL.arms, strict=True))
 def seasons(arms: Sequence[Arm], data: Path) -> None:
     """Play the seasons that are missing."""
     for settings, seeds in dict.fromkeys((arm.trained, arm.seasons) for arm in arms):
+        if settings in DEALT:
+            with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+                list(pool.map(partial(season_dealt, data, settings), seeds))
+            continue
         command("season", "--settings", settings, "--seed", str(seeds[0]), "--seasons", str(len(seeds)),
                 "--discard", "--data", str(data))
+
+
+def season_dealt(data: Path, name: str, seed: int) -> None:
+    """Play the missing games of a season whose apprentice learns from a log that was dealt out anew."""
+    settings, deal = DEALT[name]
+    own = Season(name=name, opponent=STATIC, seed=seed, settings=named(settings))
+    turn = next_of(Store(data), own)
+    while turn is not None:
+        take(data, turn, discard=True, stages=stages(deal))
+        turn = turn.following()
 
 
 def measured(store: Store, word: str, arm: Arm, opponent: str, crew: Crew) -> pl.DataFrame:
     """Goal differences of a team in an arm, a row a pair of matches: seed, difference."""
     policies: dict[str, PolicyTables] = {}
-    team = entrant(store, word, policies, blind=arm.blind, blind_s=arm.blind_s, predict_s=arm.predict_s)
+    team = entrant(store, word, policies, predict_s=arm.predict_s)
     other = entrant(store, opponent, policies)
     how = Evaluation(**arm.how.of_match(), team=team, opponent=other)
+    if arm.blind:
+        said = f"blind {arm.blind_s} {how.id} {arena.VERSION}"
+        return kept(store.root / "looking", said, arm.seeds, partial(played_blind, how, policies, arm.blind_s))
     return of_pairs(evaluate(store, how, arm.seeds, policies, crew)[0])
 
 
-def of_pairs(rows: pl.DataFrame) -> pl.DataFrame:
-    """Goal differences of an evaluation, a row a pair of matches: seed, difference."""
-    return rows.group_by("seed", maintain_order=True).agg(difference=DIFFERENCE.mean())
+def played_blind(
+    how: Evaluation, policies: Mapping[str, PolicyTables], late_s: float | None, seeds: Sequence[int]
+) -> pl.DataFrame:
+    """Goal differences of an evaluation whose team is blind (:mod:`studies.blind`): seed, difference."""
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        pairs = [Pair(evaluation=how, seed=seed) for seed in seeds]
+        return pl.concat(pool.map(partial(blind_pair, policies, late_s), pairs))
+
+
+def blind_pair(policies: Mapping[str, PolicyTables], late_s: float | None, pair: Pair) -> pl.DataFrame:
+    """Goal difference of a pair of matches whose measured team is blind: seed, difference."""
+    label = pair.evaluation.team.settings.policy
+    assert label is not None
+    return of_pairs(play(pair, policies, blind(policies[label], late_s)))
 
 
 def row(word: str, arm: str, opponent: str, pairs: pl.DataFrame) -> dict[str, object]:

@@ -263,14 +263,12 @@ class AppraisingController(_Deciding):
         self, values: pl.DataFrame, appraisals: pl.DataFrame, settings: TeamSettings, recipe: Recipe,
         rng: np.random.Generator,
     ) -> None:  # fmt: skip
-        self._appraiser, names = appraising.appraiser_of(values, appraisals)
+        appraiser, names = appraising.appraiser_of(values, appraisals)
         super().__init__(recipe, rng, names)
         hz = recipe.physics.hz
         self._clock = max(1, round(settings.clock_s * hz))
-        self._hold = max(1, round(settings.explore_s * hz / self._clock))
-        late = max(1, round(settings.blind_s * hz / self._clock)) if settings.blind_s else 0
-        self._memory = appraising.Memory.of(blind=settings.blind, late=late)
-        self._whole, self._explore = radix("full36"), settings.explore
+        self._policy = appraising.Policy(appraiser, radix("full36"), self._edges, settings.explore,
+                                         hold=max(1, round(settings.explore_s * hz / self._clock)))
         self._held = np.zeros(recipe.robots, dtype=np.int64)
         self._next = 0
 
@@ -282,15 +280,18 @@ class AppraisingController(_Deciding):
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
         self._look(view)
         if frame >= self._next:
-            appraising.decide(
-                view, self._direction, self._lead, self._robots, self._appraiser, self._memory, self._whole,
-                self._edges, self._explore, self._hold, self._held, self._measures, self._splitmix,
-                self._made,
-            )  # fmt: skip
+            self._decide(view)
             self._note(frame, len(self._made))
             self._next = frame + self._clock
         appraising.carry_on(
-            view, self._robots, self._appraiser, self._measures, self._splitmix, wheels)
+            view, self._robots, self._policy.appraiser, self._measures, self._splitmix, wheels)
+
+    def _decide(self, view: F64) -> None:
+        """Decide for all robots; a subclass may show them something else."""
+        appraising.decide(
+            view, self._direction, self._lead, self._robots, self._policy, self._held, self._measures,
+            self._splitmix, self._made,
+        )  # fmt: skip
 
 
 class PredictingController(Controller):
@@ -336,24 +337,23 @@ def controller_of(
         policy: policy of a learned team; None if it knows nothing.
 
     Raises:
-        BadSettings: if a person has to play it, if a team is to be blind that looks states up, if one that
-            appraises what it sees has the other's clock, or if one has ``blind_s`` that is not blind.
+        BadSettings: if a person has to play it, or if a team that appraises what it sees has the clock of
+            those that look states up.
     """
     player = _player_of(settings, recipe, team, policy)
     frames = round(settings.predict_s * recipe.physics.hz)
     return PredictingController(player, frames, recipe) if frames else player
 
 
+def rng_of(recipe: Recipe, team: int) -> np.random.Generator:
+    """Random numbers of a team, 0 home or 1 away, in a match."""
+    return np.random.default_rng([recipe.seed, 1 + team])
+
+
 def _player_of(settings: TeamSettings, recipe: Recipe, team: int, policy: PolicyTables | None) -> Controller:
-    rng = np.random.default_rng([recipe.seed, 1 + team])
+    rng = rng_of(recipe, team)
     if settings.kind == "learned":
         known = policy or PolicyTables(Policies.empty())
-        if settings.blind and known.appraisals is None:
-            raise BadSettings("only a team that appraises what it sees can be blind", where="blind",
-                              next_step="Leave it out, or name a policy of the learner \"sight\"")
-        if settings.blind_s and not settings.blind:
-            raise BadSettings("only a blind team acts on what it saw so long ago", where="blind_s",
-                              next_step="Give --blind, too, or leave it out")
         if known.appraisals is not None:
             if settings.clock != PAPER:
                 raise BadSettings("only a team that looks behaviours up in states has this clock",

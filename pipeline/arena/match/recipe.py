@@ -46,10 +46,6 @@ class TeamSettings(Frozen):
         min_visits: for a learned team: least visits of a state to be looked up by a finer key.
         clock: for a learned team that looks behaviours up in states: when its robots decide.
         clock_s: for a learned team that appraises what it sees: time between its decisions, seconds.
-        blind: for a learned team that appraises what it sees: its robots act on sights drawn from those that
-            their role had before in the match. It is the control of all that such a team gains by looking.
-        blind_s: for a blind team: its robots act on what their role saw so long ago, seconds, rounded to
-            whole decisions, at least one. 0: any earlier sight, drawn anew for each decision.
         predict_s: the team acts on the bodies as it reckons them to be so much later than it sees them,
             seconds, rounded to whole frames (``pipeline.arena.teams.predicting``). Not for a person.
     """
@@ -64,8 +60,6 @@ class TeamSettings(Frozen):
     min_visits: int = Field(default=0, ge=0, serialization_alias="trust")
     clock: ClockSettings = Field(default=PAPER, exclude_if=lambda clock: clock == PAPER)
     clock_s: float = Field(default=_CLOCK_S, gt=0, exclude_if=lambda clock_s: clock_s == _CLOCK_S)
-    blind: bool = Field(default=False, exclude_if=lambda blind: not blind)
-    blind_s: float = Field(default=0.0, ge=0, le=600, exclude_if=lambda blind_s: blind_s == 0)
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)
 
     @property

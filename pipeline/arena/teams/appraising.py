@@ -4,10 +4,6 @@ All robots decide when play starts and each ``clock_s`` of play. A robot chooses
 role; of equal ones it takes any. With probability ``explore`` it takes any of them. An action whose end holds
 before the next decision is begun anew: a goalkeeper that goes to its goal, and is there, stays. A robot that
 can choose none moves randomly.
-
-A blind team is the control: each robot acts on a sight that a robot of its role had in the match so far. It
-is any of them, the present one included, drawn anew for each decision; or that of so long ago. In the first
-way robots also change their minds more often than those that look.
 """
 
 from __future__ import annotations
@@ -35,9 +31,7 @@ from pitchlore.schemas.sights import SIGHT
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Numbers of a sight.
-_NUMBERS = len(SIGHT)
-#: Sights that a blind team keeps of each role.
-_KEPT = 4096
+NUMBERS = len(SIGHT)
 
 
 class Appraiser(NamedTuple):
@@ -56,27 +50,22 @@ class Appraiser(NamedTuple):
     trees: Trees
 
 
-class Memory(NamedTuple):
-    """Sights of the match so far, on which a blind team acts.
+class Policy(NamedTuple):
+    """A team's policy, as :func:`decide` takes it.
 
     Attributes:
-        sights: float32 [3, K, 30], by role. K = 0: the team is not blind.
-        held: int64 [3], how many there are of each role; of a full role any is replaced.
-        late: number of decisions between a sight and the act, K - 1; 0: any sight that is held is drawn.
-        decisions: int64 [1], those so far; a sight is at its decision's number modulo K.
+        appraiser: the appraisals.
+        whole: digits of the key that keeps all elements; decisions are logged with it.
+        edges: of the pitch.
+        explore: chance that a robot takes any action instead of the best, in [0, 1].
+        hold: number of decisions for which it then stays with this action, at least 1.
     """
 
-    sights: F32
-    held: I64
-    late: int
-    decisions: I64
-
-    @classmethod
-    def of(cls, *, blind: bool, late: int = 0) -> Memory:
-        """An empty memory, for a team that is blind or not."""
-        room = (late + 1 if late else _KEPT) if blind else 0
-        return cls(np.zeros((len(ROLES), room, _NUMBERS), dtype=np.float32),
-                   np.zeros(len(ROLES), dtype=np.int64), late, np.zeros(1, dtype=np.int64))
+    appraiser: Appraiser
+    whole: Radix
+    edges: BinEdges
+    explore: float
+    hold: int
 
 
 def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Appraiser, list[str | None]]:
@@ -139,85 +128,76 @@ def appraised(appraiser: Appraiser, sights: F32) -> F64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _drawn(memory: Memory, role: int, sight: F32, splitmix: SplitMix) -> None:
-    """Keep a sight, and write one of the kept ones of the role over it."""
-    room, count = memory.sights.shape[1], memory.held[role]
-    memory.sights[role, count if count < room else int(uniform(splitmix) * room)] = sight
-    memory.held[role] = min(count + 1, room)
-    sight[:] = memory.sights[role, int(uniform(splitmix) * memory.held[role])]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _of_late(memory: Memory, role: int, sight: F32) -> None:
-    """Keep a sight, and write the role's of so long ago over it; before that the first one of the match."""
-    now, room = memory.decisions[0], memory.sights.shape[1]
-    memory.sights[role, now % room] = sight
-    sight[:] = memory.sights[role, (now + 1) % room if now >= memory.late else 0]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def decide(
-    view: F64, direction: float, lead: int, robots: Records, appraiser: Appraiser, memory: Memory,
-    whole: Radix, edges: BinEdges, explore: float, hold: int, held: I64, packed: Records, splitmix: SplitMix,
-    decisions: Records,
+    view: F64, direction: float, lead: int, robots: Records, policy: Policy, held: I64, packed: Records,
+    splitmix: SplitMix, decisions: Records,
 ) -> None:  # fmt: skip
-    """Decide for all robots.
+    """Decide for all robots, each by what it sees.
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
         direction: direction of the ball's last motion, radians; NaN if it never moved.
         lead: own goals minus the adversary's.
         robots: records of :data:`pipeline.arena.teams.learned.ROBOT`, [N]; written.
-        appraiser: the appraisals.
-        memory: memory of a blind team; written.
-        whole: digits of the key that keeps all elements; decisions are logged with it.
-        edges: edges of the pitch.
-        explore: chance that a robot takes any action instead of the best, in [0, 1].
-        hold: number of decisions for which it then stays with this action, at least 1.
-        held: int64 [N], how many of these are left; written. An action that a new role does not have ends.
+        policy: the team's.
+        held: int64 [N], for how many more decisions each robot stays with what it tries; written. An action
+            that a new role does not have ends.
         packed: measures, ``Measures.packed()``.
         splitmix: draws ties and exploration.
         decisions: records of :data:`pipeline.arena.teams.learned.DECISION`, [N], written; ``behaviour`` is
             role times C plus action.
     """
-    m = packed[0]
-    count = len(robots)
-    roles = np.empty(2 * count, dtype=np.int64)
+    roles = np.empty(2 * len(robots), dtype=np.int64)
+    state = read(view, direction, lead, policy, packed, roles)
+    sight = np.empty(NUMBERS, dtype=np.float32)
+    for robot in range(1, len(robots) + 1):
+        see_from(view, robot, packed[0].goal_x, sight)
+        choose(robot, sight, view, roles, state, robots, policy, held, packed, splitmix, decisions)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def read(
+    view: F64, direction: float, lead: int, policy: Policy, packed: Records, roles: I64
+) -> np.int64:
+    """State of the team by all elements; int64 [2 N] ``roles`` of all robots are written."""
     elements = np.zeros(ELEMENTS, dtype=np.uint8)
-    assign(view, m, roles)
-    observe(view, direction, lead, roles, edges, elements)
-    state = encode_one(elements, whole)
-    sight = np.empty(_NUMBERS, dtype=np.float32)
-    for robot in range(1, count + 1):
-        own, role = robots[robot - 1], roles[robot - 1]
-        see_from(view, robot, m.goal_x, sight)
-        if memory.late > 0:
-            _of_late(memory, role, sight)
-        elif memory.sights.shape[1] > 0:
-            _drawn(memory, role, sight, splitmix)
-        decision = decisions[robot - 1]
-        decision["robot"], decision["role"], decision["state"] = robot, role, state
-        if held[robot - 1] > 0 and appraiser.allowed[role, own["behaviour"]]:
-            held[robot - 1] -= 1
-            decision["behaviour"], decision["random"] = role * len(appraiser.codes) + own["behaviour"], True
+    assign(view, packed[0], roles)
+    observe(view, direction, lead, roles, policy.edges, elements)
+    return encode_one(elements, policy.whole)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def choose(
+    robot: int, sight: F32, view: F64, roles: I64, state: np.int64, robots: Records, policy: Policy,
+    held: I64, packed: Records, splitmix: SplitMix, decisions: Records,
+) -> None:  # fmt: skip
+    """Decide for robot number ``robot``, from 1, by a sight, float32 [30].
+
+    ``roles`` and ``state`` are those of :func:`read`; the rest is as for :func:`decide`.
+    """
+    appraiser, own, role = policy.appraiser, robots[robot - 1], roles[robot - 1]
+    decision = decisions[robot - 1]
+    decision["robot"], decision["role"], decision["state"] = robot, role, state
+    if held[robot - 1] > 0 and appraiser.allowed[role, own["behaviour"]]:
+        held[robot - 1] -= 1
+        decision["behaviour"], decision["random"] = role * len(appraiser.codes) + own["behaviour"], True
+        return
+    tries = uniform(splitmix) < policy.explore
+    held[robot - 1] = policy.hold - 1 if tries else 0
+    best, most, ties = 0, 0.0, 0
+    for action in range(1, len(appraiser.codes)):
+        if not appraiser.allowed[role, action]:
             continue
-        tries = uniform(splitmix) < explore
-        held[robot - 1] = hold - 1 if tries else 0
-        best, most, ties = 0, 0.0, 0
-        for action in range(1, len(appraiser.codes)):
-            if not appraiser.allowed[role, action]:
-                continue
-            worth = 0.0 if tries else appraise(appraiser, action, sight)
-            if ties == 0 or worth > most:
-                best, most, ties = action, worth, 1
-            elif worth == most:
-                ties += 1
-                if uniform(splitmix) * ties < 1.0:
-                    best = action
-        own["behaviour"], own["place"] = best, 0
-        executors.start(appraiser.codes[best], robot, view, roles, m, splitmix, own["action"])
-        decision["behaviour"], decision["random"] = role * len(appraiser.codes) + best, tries or best == 0
-    memory.decisions[0] += 1
+        worth = 0.0 if tries else appraise(appraiser, action, sight)
+        if ties == 0 or worth > most:
+            best, most, ties = action, worth, 1
+        elif worth == most:
+            ties += 1
+            if uniform(splitmix) * ties < 1.0:
+                best = action
+    own["behaviour"], own["place"] = best, 0
+    executors.start(appraiser.codes[best], robot, view, roles, packed[0], splitmix, own["action"])
+    decision["behaviour"], decision["random"] = role * len(appraiser.codes) + best, tries or best == 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

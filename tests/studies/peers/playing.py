@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
+from studies.pairs import kept
 from studies.peers.network import load
 
 from pitchlore.pipeline import arena
@@ -15,7 +17,6 @@ from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pitchlore.pipeline.arena.match.environment import Side
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
 from pitchlore.pipeline.evaluations import match_seed
-from pitchlore.pipeline.store.receipts import digest
 from pitchlore.schemas import SIDES
 
 #: Matches after which a learner's network is kept and measured.
@@ -87,13 +88,5 @@ def played(
         there: whether only those are wanted that were played before.
     """
     against = f"{opponent} {constant(opponent)} {clock_of(opponent)}"  # best-constant may be another one day
-    kept = data / "peers" / "played" / f"{digest(f'{team} {against} {arena.VERSION}'.encode())}.csv"
-    known = pl.read_csv(kept) if kept.exists() else pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
-    missing = [seed for seed in seeds if seed not in known["seed"]]
-    if missing and not there:
-        known = pl.concat([known, differences(choose, opponent, missing)]).sort("seed")
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        aside = kept.with_suffix(".part")
-        known.write_csv(aside)
-        aside.rename(kept)
-    return known.filter(pl.col("seed").is_in(list(seeds)))
+    play = None if there else partial(differences, choose, opponent)
+    return kept(data / "peers" / "played", f"{team} {against} {arena.VERSION}", seeds, play)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.looking import HELD, STATIC, USUAL, of_pairs
+from studies.looking import HELD, STATIC, USUAL
+from studies.pairs import of_pairs
 from studies.peers.playing import ANY, KEPT, Choose, Observed, by_chance, by_network, played
 from studies.trial import LOOKS, Chooser, Seen
 
