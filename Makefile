@@ -1,12 +1,16 @@
-# `make demo` and `make test` do all their set-up; they need Python 3.11, 3.12 or 3.13, make and git.
-PYTHONS := python3.11 python3.12 python3.13
+# `make demo` and `make test` do all their set-up; they need Python 3.11, 3.12, 3.13 or 3.14, make and git.
+PYTHONS := python3.11 python3.12 python3.13 python3.14
 ifndef PYTHON
 PYTHON := $(firstword $(foreach python,$(PYTHONS),$(if $(shell $(python) -c 'print(1)' 2>/dev/null),$(python))))
 endif
 VERSION := $(if $(PYTHON),$(shell $(PYTHON) -c 'import platform; print(platform.python_version())' 2>/dev/null))
 VENV := .venv
 BIN := $(VENV)/bin
+# One environment, in three steps: what a user's installation has, the project itself, and the tools of tests.
+LOCKED := $(VENV)/.locked-$(VERSION)
+PRODUCT := $(VENV)/.product-$(VERSION)
 READY := $(VENV)/.ready-$(VERSION)
+PIP := $(BIN)/python -m pip install --disable-pip-version-check --no-deps
 # A file's tests share fixtures, so they run on one worker, in the order of tests/conftest.py.
 TESTS := $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 DEMO_DATA ?= data
@@ -24,14 +28,29 @@ export PYTHONDONTWRITEBYTECODE :=
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
 
-# The lock is what is installed: exact versions, checked by hash. Another Python makes the environment anew.
-$(READY): requirements.lock pyproject.toml
+# The locks are what is installed: exact versions, checked by hash. Another lock or Python makes the environment
+# anew; an edit of pyproject.toml only installs the project again, in seconds.
+$(LOCKED): requirements.lock
 	@test -n "$(filter $(PYTHONS:python%=%),$(basename $(VERSION)))" || { \
-	  echo "pitchlore needs Python 3.11, 3.12 or 3.13: make PYTHON=/path/to/python3.13"; exit 1; }
+	  echo "pitchlore needs Python 3.11, 3.12, 3.13 or 3.14: make PYTHON=/path/to/python3.14"; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@$(call install,$<)
 	@touch $@
+
+$(PRODUCT): $(LOCKED) pyproject.toml
+	$(PIP) --quiet --no-build-isolation --editable .
+	@touch $@
+
+$(READY): $(PRODUCT) requirements-dev.lock
+	@$(call install,requirements-dev.lock)
+	@touch $@
+
+# Installs a lock and counts its packages meanwhile; what pip says is shown where it fails.
+install = echo "$(1): $$(grep -c '^[a-z0-9]' $(1)) packages into $(VENV)"; rm -f $(VENV)/.whole; \
+	{ $(PIP) --progress-bar off --require-hashes --requirement $(1) 2>&1 && touch $(VENV)/.whole; } | \
+	tee $(VENV)/pip.log | awk '/^Collecting/ { printf "\r  %d read", ++read; fflush() } \
+	  /^Installing/ { printf ", now written"; fflush() } END { print "" }'; \
+	test -e $(VENV)/.whole || { tail -n 20 $(VENV)/pip.log; exit 1; }
 
 # What others wrote to check us against, in an environment of its own: these packages need an old protobuf.
 counterparts: .venv-counterparts/.ready  ## sslclient and vsss-client, for tests that skip without them
@@ -41,10 +60,10 @@ counterparts: .venv-counterparts/.ready  ## sslclient and vsss-client, for tests
 	.venv-counterparts/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r $<
 	@touch $@
 
-demo: $(READY)  ## a recording and three played matches become knowledge and a policy that plays (3 minutes)
+demo: $(PRODUCT)  ## a recording and three played matches become knowledge and a policy that plays (3 minutes)
 	$(BIN)/pitchlore demo data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
 
-demo-learners: $(READY)  ## a quick look at section 5 of the paper: its learners and their peers
+demo-learners: $(PRODUCT)  ## a quick look at section 5 of the paper: its learners and their peers
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) .venv-counterparts/.ready lint  ## lint, types, import contracts, tests
@@ -157,9 +176,9 @@ peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on t
 check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments, and its trainings (`make test` skips them: they need torch)
 	$(VENV)-sb3/bin/python -m pytest tests/test_env.py tests/test_peers_study.py
 
-$(VENV)-sb3/.ready: requirements.lock tests/studies/peers/sb3.txt
+$(VENV)-sb3/.ready: requirements-dev.lock tests/studies/peers/sb3.txt
 	$(PYTHON) -m venv --clear $(VENV)-sb3
-	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --require-hashes -r requirements.lock
+	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --require-hashes -r requirements-dev.lock
 	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	$(VENV)-sb3/bin/python -m pip install --quiet -r tests/studies/peers/sb3.txt
 	@touch $@
@@ -220,11 +239,14 @@ golden: $(READY)  ## write the goldens anew; review the diff
 notebooks: $(READY)  ## run the notebooks anew and keep their outputs; review the diff
 	PYTHONPATH=tests $(BIN)/python -m support.notebooks
 
-# All Pythons get the same version of a package, so they write the same bytes.
+# All Pythons get the same version of a package, so they write the same bytes. The product's lock begins as a copy
+# of the other one, whose versions it keeps.
+RESOLVE := $(BIN)/uv pip compile pyproject.toml --universal --fork-strategy fewest --python-version 3.11 \
+  --no-strip-extras --generate-hashes --no-emit-index-url --no-header --quiet
 lock: $(READY)  ## resolve the dependencies anew
-	$(BIN)/uv pip compile pyproject.toml --all-extras --group dev --group docs --universal --fork-strategy fewest \
-	  --no-strip-extras --generate-hashes --no-emit-index-url --no-header --python-version 3.11 --upgrade --quiet \
-	  -o requirements.lock
+	$(RESOLVE) --all-extras --group dev --group docs --upgrade --output-file requirements-dev.lock
+	cp requirements-dev.lock requirements.lock
+	$(RESOLVE) --group build --output-file requirements.lock
 
 clean:  ## remove the environment, the site and the caches; data stays
 	rm -rf $(VENV) $(VENV)-* .chain-*.txt site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json

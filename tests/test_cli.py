@@ -10,12 +10,11 @@ import signal
 import subprocess
 import sys
 import time
-import tomllib
 from typing import get_args, get_type_hints
 
 import polars as pl
 import pytest
-from conftest import ROOT, clip
+from conftest import clip
 from support.processes import pitchlore
 from support.receipts import put_receipt, receipt_at
 
@@ -605,16 +604,6 @@ def test_data_from_environment(finished):
         env={**os.environ, "PITCHLORE_DATA": str(finished)}, capture_output=True, text=True, check=True,
     )
     assert json.loads(done.stdout)[0]["version"] == 1
-
-
-def test_lock():
-    """The lock pins every declared dependency and names no registry."""
-    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    assert "://" not in lock
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
-    for requirement in declared:
-        name = requirement.split(">")[0].split("<")[0].split("=")[0].split("[")[0].strip().lower()
-        assert f"\n{name}==" in f"\n{lock}" or f"\n{name}[" in f"\n{lock}", name
 
 
 def test_bad_schedule(call, tmp_path):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
+import sys
 import tomllib
+from importlib.metadata import packages_distributions
 
 import pytest
 from conftest import ROOT
@@ -11,7 +14,7 @@ from conftest import ROOT
 from pitchlore import pipeline
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCKS = ("requirements.lock", "requirements-dev.lock")
 
 
 def text(name: str) -> str:
@@ -38,40 +41,82 @@ def test_pythons():
     assert f"python_version < '3.{last + 1}'" in PROJECT["tool"]["uv"]["environments"][0]
 
 
-def pins() -> dict[str, list[str]]:
-    """Package to its lines in the lock: the pin and its hashes."""
+def pins(lock: str) -> dict[str, list[str]]:
+    """Package to its lines in a lock: the pin and its hashes."""
     found: dict[str, list[str]] = {}
-    for block in re.split(r"\n(?=[a-z0-9])", LOCK.strip()):
+    for block in re.split(r"\n(?=[a-z0-9])", text(lock).strip()):
         found.setdefault(re.match(r"[a-z0-9._-]+", block)[0], []).append(block)
     return found
 
 
-def test_lock_has_hashes_and_no_hosts():
+def named(group: str) -> list[str]:
+    """Names of the packages of the dependencies, an extra or a group."""
+    wanted = {"dependencies": PROJECT["project"]["dependencies"], **PROJECT["project"]["optional-dependencies"],
+              **PROJECT["dependency-groups"]}[group]
+    return [re.match(r"[A-Za-z0-9._-]+", line)[0].lower() for line in wanted if isinstance(line, str)]
+
+
+def version(blocks: list[str]) -> str:
+    return re.match(r"[^=]*==(\S+)", blocks[0])[1]
+
+
+@pytest.mark.parametrize("lock", LOCKS)
+def test_lock_has_hashes_and_no_hosts(lock):
     """Every package has one version, for all Pythons, and hashes; no registry is named."""
-    assert len(pins()) > 100
-    for name, blocks in pins().items():
+    for name, blocks in pins(lock).items():
         assert len(blocks) == 1, f"{name} has several versions, so that Pythons may differ in bytes"
         assert re.match(rf"{re.escape(name)}(\[.*?\])?==\S+", blocks[0])
         assert "--hash=sha256:" in blocks[0]
-    assert "://" not in LOCK
-    assert "index-url" not in LOCK
+    assert "://" not in text(lock)
+    assert "index-url" not in text(lock)
+
+
+def test_product_is_small():
+    """`make demo` installs at most 140 packages, none of an extra or of the tests; their versions are the tests'."""
+    product, everything = map(pins, LOCKS)
+    assert len(product) <= 138  # beside Pitchlore and pip
+    assert {name: version(found) for name, found in product.items()}.items() <= {
+        name: version(found) for name, found in everything.items()}.items()
+    extras = [*PROJECT["project"]["optional-dependencies"], "dev", "docs"]
+    assert [name for group in extras for name in named(group) if name in product] == []
+
+
+#: Dependencies that no file imports: bounds of what Prefect brings, and what scikit-fuzzy does not declare.
+UNSEEN = {"fastapi", "packaging", "sqlalchemy"}
+
+
+def imported() -> set[str]:
+    """Names of the packages that the code imports, the standard library's and its own left out."""
+    found = set()
+    for path in (path for package in ("pipeline", "flows", "schemas") for path in (ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else (
+                [node.module] if isinstance(node, ast.ImportFrom) and node.level == 0 else [])
+            found |= {module.split(".")[0] for module in modules}
+    return found - sys.stdlib_module_names - {"pitchlore", "__future__"}
+
+
+def test_dependencies_are_those_imported():
+    """What the code imports is declared, as a dependency or an extra; what is declared is imported."""
+    packages = {module: {name.lower().replace("_", "-") for name in names}
+                for module, names in packages_distributions().items()}
+    extras = {name for group in PROJECT["project"]["optional-dependencies"] for name in named(group)}
+    assert {module for module in imported() if not packages[module] & {*named("dependencies"), *extras}} == set()
+    used = set().union(*(packages[module] for module in imported()))
+    assert set(named("dependencies")) - used == UNSEEN
 
 
 @pytest.mark.parametrize(("name", "below"), [("fastapi", (0, 140)), ("sqlalchemy", (2, 1))])
 def test_lock_holds_what_prefect_needs(name, below):
     """Prefect neither serves nor starts with later versions of these (docs/decisions/packages.md)."""
-    version = re.match(r"[^=]*==(\d+)\.(\d+)", pins()[name][0])
-    assert tuple(map(int, version.groups())) < below
+    assert tuple(map(int, version(pins("requirements.lock")[name]).split(".")[:2])) < below
 
 
-@pytest.mark.parametrize("group", ["dependencies", "notebooks", "play", "dev", "docs"])
+@pytest.mark.parametrize("group", ["dependencies", "build", *PROJECT["project"]["optional-dependencies"], "dev", "docs"])
 def test_lock_has_what_the_project_names(group):
-    """Every dependency, extra and group is in the lock."""
-    project = PROJECT["project"]
-    wanted = {"dependencies": project["dependencies"], **project["optional-dependencies"],
-              **PROJECT["dependency-groups"]}[group]
-    names = [re.match(r"[A-Za-z0-9._-]+", line)[0].lower() for line in wanted]
-    assert [name for name in names if name not in pins()] == []
+    """Every dependency, extra and group is in its lock."""
+    lock = pins("requirements.lock" if group in ("dependencies", "build") else "requirements-dev.lock")
+    assert [name for name in named(group) if name not in lock] == []
 
 
 def test_versions_agree():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import venv
@@ -75,6 +76,24 @@ def installed(wheel, tmp_path_factory) -> Installed:
     script.write_text(f"#!{place}/bin/python{COMMAND_LINE}\n", encoding="utf-8")
     script.chmod(0o755)
     return Installed(place / "bin", folder)
+
+
+@pytest.mark.slow
+def test_without_links(tmp_path):
+    """A checkout without links, as Windows may make it, has files that name their targets: it runs all the same."""
+    for folder in ("pitchlore", *PACKAGES):
+        shutil.copytree(ROOT / folder, tmp_path / folder, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in PACKAGES:
+        link = tmp_path / "pitchlore" / name
+        target = str(link.readlink())
+        link.unlink()
+        link.write_text(target, encoding="utf-8")
+    code = "from pitchlore import pipeline, flows, schemas; print(pipeline.__file__)"
+    for words, said in ((["-c", code], str(tmp_path / "pipeline" / "__init__.py")),
+                        (["-c", COMMAND_LINE, "--version"], pipeline.__version__)):
+        done = subprocess.run([sys.executable, *words], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
+                              capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == said
 
 
 @pytest.mark.slow
