@@ -55,6 +55,14 @@ def test_wildcards_in_the_path(tmp_path):
             assert notebook.sql("select robot from goals").fetchall() == [(robot,)]
 
 
+def test_older_clients(tmp_path):
+    """The file is in the format that every DuckDB from 1.0 on reads: the head names 64, where 2.0 writes 999."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    head = refresh(store)[0].read_bytes()[8:20]
+    assert (head[:4], int.from_bytes(head[4:], "little")) == (b"DUCK", 64)
+
+
 def test_column_comments(tmp_path):
     """Columns have a comment with their meaning and unit."""
     path = refresh(Store(tmp_path))[0]

@@ -22,6 +22,8 @@ Glance = tuple[int, int] | None
 Listing = dict[tuple[str, str], Glance]
 
 FILES = "catalog_files"
+#: The oldest DuckDB for which the file is written: all later ones read it, and that of 2.0 shuts out 1.x.
+FORMAT = "v1.0.0"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
@@ -58,7 +60,7 @@ def build(
 def _build(
     path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
 ) -> None:
-    with duckdb.connect(str(path)) as connection:
+    with duckdb.connect(str(path), config={"storage_compatibility_version": FORMAT}) as connection:
         connection.begin()  # one write for all statements
         connection.execute(
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)"
