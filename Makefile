@@ -99,7 +99,7 @@ pythons:  ## run the chain under each installed Python; a file that differs is a
 	  for other; do diff $$1 $$other || exit 1; done
 
 chain: $(READY)
-	PYTHONPATH=tests $(BIN)/python -m studies.chain .chain-$(notdir $(PYTHON)).txt
+	PYTHONPATH=tests $(BIN)/python -m support.chain .chain-$(notdir $(PYTHON)).txt
 
 bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
@@ -113,16 +113,16 @@ world: $(READY)  ## check each frame of a thousand random matches, and measure t
 	$(BIN)/python data/studies/world/game.py $(RECORDINGS)
 
 fuzz: $(READY)  ## ten minutes of broken recordings in every format
-	PYTHONPATH=tests $(BIN)/python -m studies.fuzz data/studies/fuzz 600
+	PYTHONPATH=tests $(BIN)/python data/studies/fuzz/study.py 600
 
 # Then fifty rounds of each pair of commands at once, fifty outages of each kind, and a kill at every step.
 soak: $(READY)  ## an hour of everything at once on one data folder (two hours with what follows)
-	PYTHONPATH=tests $(BIN)/python -m studies.soak data/studies/soak 3600
+	PYTHONPATH=tests $(BIN)/python data/studies/soak/study.py 3600
 	PITCHLORE_ROUNDS=50 PITCHLORE_STEPS=1 $(BIN)/python -m pytest --numprocesses auto --dist load --quiet \
 	  tests/test_at_once.py tests/test_buckets.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
 
 bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (an hour)
-	PYTHONPATH=tests $(BIN)/python -m studies.scale data/studies/scale/scale.csv
+	$(BIN)/python data/studies/scale/study.py
 
 browser:  ## chromium from Debian's packages, for the tests of pages; where it cannot be had they skip
 	@command -v chromium >/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
@@ -133,16 +133,16 @@ teams-apart: $(READY)  ## does what robots do tell who plays? (two minutes)
 	$(BIN)/python data/studies/scout/teams_apart.py
 
 football: $(READY)  ## football's possession, touches and situations beside the provider's (three minutes; RECORDINGS as above)
-	PYTHONPATH=tests $(BIN)/python -m studies.football data/studies/football $(RECORDINGS)
+	$(BIN)/python data/studies/football/study.py $(RECORDINGS)
 
 usual-codes: $(READY)  ## what situations each kind of match usually shows (two minutes; RECORDINGS as above)
-	PYTHONPATH=tests $(BIN)/python -m studies.usual pipeline/situations/usual.json $(RECORDINGS)
+	$(BIN)/python data/studies/usual/study.py $(RECORDINGS)
 
 expected-goals: $(READY)  ## do shots become goals as often as xG says? (five minutes; RECORDINGS as above)
 	$(BIN)/python data/studies/scout/expected_goals.py $(RECORDINGS)
 
 ball-goals: $(READY)  ## are goals found from the ball those of the score? (five minutes; RECORDINGS as above)
-	PYTHONPATH=tests $(BIN)/python -m studies.ball_goals data/studies/ball_goals $(RECORDINGS)
+	$(BIN)/python data/studies/ball_goals/study.py $(RECORDINGS)
 
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	$(BIN)/python data/studies/world/rules.py
@@ -167,7 +167,7 @@ imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways
 
 # rSim has no wheel and needs ODE. RSIM and PSIM are Pythons with rc-robosim and with pSim, TEAMS are seasons of STUDY_DATA.
 transfer: $(READY)  ## does a team play in others' simulators as in our arena? (three minutes a team in pSim, half an hour in rSim; RSIM, PSIM, TEAMS)
-	PYTHONPATH=tests $(BIN)/python -m studies.transfer data/studies/transfer $(or $(RSIM),-) $(or $(PSIM),-) $(STUDY_DATA) $(TEAMS)
+	$(BIN)/python data/studies/transfer/study.py $(or $(RSIM),-) $(or $(PSIM),-) $(STUDY_DATA) $(TEAMS)
 
 # Each peer's library has an environment of its own. It takes the apprentices that `make looking` has trained.
 peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (five hours)
@@ -189,11 +189,11 @@ $(VENV)-d3rlpy/.ready: tests/studies/peers/d3rlpy.txt
 	@touch $@
 
 study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)
-	PYTHONPATH=tests $(BIN)/python -m studies.values data/studies/values $(RECORDINGS)
-	PYTHONPATH=tests $(BIN)/python -m studies.shipped pipeline/values/shipped.json
+	$(BIN)/python data/studies/values/study.py $(RECORDINGS)
+	$(BIN)/python data/studies/values/shipped.py
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
-	PYTHONPATH=tests $(BIN)/python -m studies.labels data/studies/labels $(RECORDINGS)
+	$(BIN)/python data/studies/labels/study.py $(RECORDINGS)
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 50 minutes on two free cores)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms
@@ -230,7 +230,7 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 sensitivity: $(READY)  ## the paper's seasons with each setting that it leaves open (40 minutes on two free cores)
 	$(SEASON) --settings paper --seasons 3 --games 14
 	for variation in $(VARIED); do $(SEASON) --settings $$variation --seasons 3 --games 14 || exit 1; done
-	PYTHONPATH=tests $(BIN)/python -m studies.sensitivity data/studies/sensitivity $(STUDY_DATA)
+	$(BIN)/python data/studies/sensitivity/study.py $(STUDY_DATA)
 
 golden: $(READY)  ## write the goldens anew; review the diff
 	PYTHONPATH=tests $(BIN)/python -m golden.cases

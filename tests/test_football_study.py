@@ -62,7 +62,7 @@ def test_page() -> None:
 def test_possession_again(tmp_path) -> None:
     """The study gives the committed counts again."""
     from conftest import RECORDINGS
-    from studies.football import main
+    from football.study import main
 
     if not RECORDINGS.is_dir():
         pytest.skip("the recordings are not beside this checkout")

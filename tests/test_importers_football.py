@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from football.skillcorner import FILES, MATCH, source_of, whole_match
 from support import recordings
-from support.football import FILES, MATCH, NEEDS_KLOPPY, RECORDINGS, shipped, source_of, whole_match
+from support.football import NEEDS_KLOPPY, RECORDINGS, shipped
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording, NotFound

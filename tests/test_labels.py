@@ -7,11 +7,11 @@ import shutil
 import polars as pl
 import pytest
 from conftest import RECORDINGS, ROOT
+from labels import agreement, kicks, shares
+from labels.moments import Recording, draw, recordings
+from labels.sheets import dials, sheet, standing
+from labels.study import agreed, read_answers, study
 from polars.testing import assert_frame_equal
-from studies.labels import agreement, kicks, shares
-from studies.labels.moments import Recording, draw, recordings
-from studies.labels.sheets import dials, sheet, standing
-from studies.labels.study import agreed, read_answers, study
 from support.recordings import ALL, RSIM
 from support.scenes import film, goes, stands
 

@@ -10,9 +10,10 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
-from studies.usual import rates_of, situations_of
+from football.skillcorner import whole_match
 from support import recordings
-from support.football import NEEDS_KLOPPY, whole_match
+from support.football import NEEDS_KLOPPY
+from usual.study import rates_of, situations_of
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.engine.matches import Recording, import_recording

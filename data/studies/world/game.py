@@ -45,7 +45,7 @@ _PERCENTILE = 95
 
 
 class Seen(NamedTuple):
-    """What was measured of a match.
+    """Measures of a match.
 
     Attributes:
         minutes: duration.

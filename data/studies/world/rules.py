@@ -1,4 +1,4 @@
-"""What each rule of the static team is worth under the league's laws.
+"""Worth of each rule of the static team under the league's laws.
 
 ``make rules`` (a quarter of an hour on 2 cores; what was stopped goes on) writes ``rules.csv``. A team with
 all rules plays a team without one of them, and one without any. The teams with all rules and without any also

@@ -31,7 +31,7 @@ _DEEP = 0.005  # metres
 
 
 class Look(NamedTuple):
-    """What was seen of a match.
+    """A match as it was seen.
 
     Attributes:
         frames: how many.

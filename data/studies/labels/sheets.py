@@ -1,4 +1,4 @@
-"""Pictures of the moments for those who label them: positions and motion, and nothing that the code makes of them."""
+"""Pictures of the moments for labellers: positions and motion, and nothing that the code makes of them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import polars as pl
+from labels.agreement import ROW
+from labels.moments import Recording
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
-from studies.labels.agreement import ROW
-from studies.labels.moments import Recording
 
 from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
 
@@ -52,7 +52,9 @@ def pictures(folder: Path, labelled: Path, recorded: dict[str, Recording]) -> No
 
 def standing(labelled: Path) -> pl.DataFrame:
     """The robots that a labeller said to stand by the sheet alone: columns of ROW."""
-    labels = [pl.read_csv(labelled / f"labels-{who}.csv", schema_overrides={"also": pl.String}) for who in "ab"]
+    labels = [
+        pl.read_csv(labelled / f"labels-{who}.csv", schema_overrides={"also": pl.String}) for who in "ab"
+    ]
     return pl.concat(labels).filter(pl.coalesce("first", "code") == 184).select(ROW).unique()
 
 
@@ -61,7 +63,8 @@ def sheet(recording: Recording, t_ns: int, title: str, path: Path) -> None:
 
     On the pitch, a robot stands where it is at the moment. Its past path is a solid line, its future path a
     dotted one, with a tick each 0.2 s. The line from its centre is its heading. The letter after its number
-    is its role: goalkeeper, midfield, striker. The film shows one stretch of play: nothing from before a restart.
+    is its role: goalkeeper, midfield, striker. The film shows one stretch of play: nothing from before a
+    restart.
     """
     kind = recording.pitch.kind
     span = round(SPAN_S[kind] * 1e9)
@@ -87,7 +90,9 @@ def _pitch(axes: Axes, pitch: Pitch, margin: float = 0.02) -> None:
     axes.plot((0, 0), (-side, side), lw=0.6, c="#bbb")
     for end, colour in ((-1, _TEAMS["home"]), (1, _TEAMS["away"])):
         axes.plot((end * half,) * 2, (-goal, goal), lw=5, c=colour, solid_capstyle="butt")
-    axes.set_xlim(-half - pitch.goal_depth - margin * pitch.length, half + pitch.goal_depth + margin * pitch.length)
+    axes.set_xlim(
+        -half - pitch.goal_depth - margin * pitch.length, half + pitch.goal_depth + margin * pitch.length
+    )
     axes.set_ylim(-side - margin * pitch.width, side + margin * pitch.width)
     axes.set_aspect("equal")
     axes.axis("off")
@@ -97,8 +102,8 @@ def _at(body: pl.DataFrame, t_ns: int, most_ns: int = 130_000_000) -> dict[str, 
     """The body's row nearest to a time."""
     if body.is_empty():
         return None
-    off = (body["t_ns"] - t_ns).abs()
-    return body.row(int(off.arg_min()), named=True) if off.min() <= most_ns else None
+    off = np.abs(body["t_ns"].to_numpy() - t_ns)
+    return body.row(int(off.argmin()), named=True) if off.min() <= most_ns else None
 
 
 def _path(axes: Axes, body: pl.DataFrame, team: str, robot: int | None, t_ns: int, kind: Kind) -> None:
@@ -108,7 +113,9 @@ def _path(axes: Axes, body: pl.DataFrame, team: str, robot: int | None, t_ns: in
         axes.plot(x[part], y[part], style, lw=width, c=colour, alpha=0.65, zorder=2)
     ticks = np.arange(-2_000_000_000, 2_000_000_001, 200_000_000) + t_ns
     for tick in ticks[(ticks >= t[0]) & (ticks <= t[-1]) & (ticks != t_ns)]:
-        axes.plot(np.interp(tick, t, x), np.interp(tick, t, y), ".", ms=4 if tick < t_ns else 3, c=colour, zorder=3)
+        axes.plot(
+            np.interp(tick, t, x), np.interp(tick, t, y), ".", ms=4 if tick < t_ns else 3, c=colour, zorder=3
+        )
     now = _at(body, t_ns)
     if now is None:
         return
@@ -134,13 +141,22 @@ def _robot(axes: Axes, now: dict[str, float], radius: float, colour: str, label:
                   c="black", lw=2, zorder=5)
     edge = radius * axes.transData.transform((1, 0))[0] - radius * axes.transData.transform((0, 0))[0]
     axes.annotate(
-        label, (x, y), (0, edge * 72 / axes.figure.dpi + 2), textcoords="offset points", ha="center", va="bottom",
-        fontsize=size, color=colour, weight="bold", zorder=9,
-        path_effects=[withStroke(linewidth=2.5, foreground="white")])
+        label,
+        (x, y),
+        (0, edge * 72 / axes.figure.dpi + 2),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize=size,
+        color=colour,
+        weight="bold",
+        zorder=9,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+    )
 
 
 def _close_up(axes: Axes, recording: Recording, t_ns: int, offset: float) -> None:
-    """What is around the ball some time before or after the moment."""
+    """Draw what is around the ball some time before or after the moment."""
     kind, table = recording.pitch.kind, recording.table
     at = t_ns + round(offset * 1e9)
     near = table.filter(pl.col("t_ns").is_between(at - 130_000_000, at + 130_000_000))
@@ -161,15 +177,31 @@ def _close_up(axes: Axes, recording: Recording, t_ns: int, offset: float) -> Non
     scales = SCALES[kind]
     for (team, robot), body in sorted(near.group_by("team", "robot"), key=lambda kv: str(kv[0])):
         now = _at(body, at)
-        if team != "ball" and now is not None and abs(now["x"] - ball["x"]) < reach and abs(now["y"] - ball["y"]) < reach:
+        if (
+            team != "ball"
+            and now is not None
+            and abs(now["x"] - ball["x"]) < reach
+            and abs(now["y"] - ball["y"]) < reach
+        ):
             if kind == Kind.SIM2D:
-                axes.add_patch(Circle((now["x"], now["y"]), scales.contact, fill=False, ls=":", ec=_TEAMS[str(team)], zorder=3))
+                axes.add_patch(
+                    Circle(
+                        (now["x"], now["y"]),
+                        scales.contact,
+                        fill=False,
+                        ls=":",
+                        ec=_TEAMS[str(team)],
+                        zorder=3,
+                    )
+                )
             _robot(axes, now, scales.robot_radius, _TEAMS[str(team)], str(robot), 9)
-    axes.add_patch(Circle((ball["x"], ball["y"]), scales.ball_radius, fc="white", ec="black", lw=1.5, zorder=8))
+    axes.add_patch(
+        Circle((ball["x"], ball["y"]), scales.ball_radius, fc="white", ec="black", lw=1.5, zorder=8)
+    )
 
 
 def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None:
-    """Draw how some robots turn around a moment, as dials, because a sheet hides the turns of robots that stand.
+    """Draw how robots turn around a moment, as dials: a sheet hides the turns of robots that stand.
 
     The seven hands of a dial are the robot's headings from 0.6 s before the moment (yellow) to 0.6 s after it
     (violet); the thick one is the moment's. The letters on the rim are where the ball (B), the own goal (O)
@@ -180,7 +212,9 @@ def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None
         path: of the picture.
     """
     figure = Figure(figsize=(11.2, 8.0), dpi=100)
-    grid = figure.add_gridspec(4, 6, hspace=0.12, wspace=0.02, left=0.005, right=0.995, top=0.97, bottom=0.005)
+    grid = figure.add_gridspec(
+        4, 6, hspace=0.12, wspace=0.02, left=0.005, right=0.995, top=0.97, bottom=0.005
+    )
     for place, (film, t_ns, team, robot, title) in enumerate(cases):
         axes = figure.add_subplot(grid[place // 6, place % 6])
         axes.set_title(title, fontsize=10, pad=1)
@@ -195,13 +229,26 @@ def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None
             then = _at(body, t_ns + step * 200_000_000)
             if then is not None and then["theta"] is not None:
                 colour = mpl.colormaps["plasma_r"](0.08 + 0.84 * (step + 3) / 6)
-                axes.plot((0, np.cos(then["theta"])), (0, np.sin(then["theta"])), c=colour, lw=2 if step else 5)
+                axes.plot(
+                    (0, np.cos(then["theta"])), (0, np.sin(then["theta"])), c=colour, lw=2 if step else 5
+                )
         now, ball = _at(body, t_ns), _at(near.filter(pl.col("team") == "ball").sort("t_ns"), t_ns)
         side = 1 if team == "home" else -1
         goal = film.pitch.goal_x * side
-        for letter, point in (("B", ball and (ball["x"], ball["y"])), ("O", (-goal, 0.0)), ("A", (goal, 0.0))):
+        for letter, point in (
+            ("B", ball and (ball["x"], ball["y"])),
+            ("O", (-goal, 0.0)),
+            ("A", (goal, 0.0)),
+        ):
             if now and point:
                 turn = np.arctan2(point[1] - now["y"], point[0] - now["x"])
-                axes.text(1.18 * np.cos(turn), 1.18 * np.sin(turn), letter, ha="center", va="center", fontsize=11,
-                          weight="bold" if letter == "B" else "normal")
+                axes.text(
+                    1.18 * np.cos(turn),
+                    1.18 * np.sin(turn),
+                    letter,
+                    ha="center",
+                    va="center",
+                    fontsize=11,
+                    weight="bold" if letter == "B" else "normal",
+                )
     figure.savefig(path)

@@ -1,4 +1,4 @@
-"""What the situations of a recording add up to: shares of time, durations, and passes beside hand-overs."""
+"""Sums over the situations of a recording: shares of time, durations, and passes beside hand-overs."""
 
 from __future__ import annotations
 
@@ -15,26 +15,32 @@ def summary(situations: pl.DataFrame) -> dict[str, float]:
     """Measures of a table of situations.
 
     Returns:
-        situations, how many; median_s, their median duration; brief, the share that lasts at most ``BRIEF_S``;
-        random, the share of 194 in the time of all; random_moving, the same in the time without 184; and how
-        many are 023 and 045.
+        situations, how many; median_s, their median duration; brief, the share that lasts at most
+        ``BRIEF_S``; random, the share of 194 in the time of all; random_moving, the same in the time without
+        184; and how many are 023 and 045.
     """
     lasts = situations.select("code", s=(pl.col("end_ns") - pl.col("start_ns")) / 1e9)
     total, of = lasts["s"].sum(), dict(lasts.group_by("code").agg(pl.col("s").sum()).iter_rows())
     moving = total - of.get(STANDS, 0.0)
     return {
-        "situations": lasts.height, "median_s": lasts["s"].median(), "brief": (lasts["s"] <= BRIEF_S + 1e-6).mean(),
-        "random": of.get(RANDOM, 0.0) / total, "random_moving": of.get(RANDOM, 0.0) / moving,
-        "n_023": (lasts["code"] == YIELDS).sum(), "n_045": (lasts["code"] == RECEIVES).sum(),
+        "situations": lasts.height,
+        "median_s": lasts["s"].median(),
+        "brief": (lasts["s"] <= BRIEF_S + 1e-6).mean(),
+        "random": of.get(RANDOM, 0.0) / total,
+        "random_moving": of.get(RANDOM, 0.0) / moving,
+        "n_023": (lasts["code"] == YIELDS).sum(),
+        "n_045": (lasts["code"] == RECEIVES).sum(),
     }
 
 
-def on_ball(possession: pl.DataFrame, passes: pl.DataFrame, situations: pl.DataFrame) -> dict[str, float | None]:
+def on_ball(
+    possession: pl.DataFrame, passes: pl.DataFrame, situations: pl.DataFrame
+) -> dict[str, float | None]:
     """Hand-overs and changes of possession, counted in the tables of the stage events.
 
     Returns:
-        handovers, how many passes; given and received, the shares of them beside a 023 of the one and a 045 of
-        the other; spells_per_s, possessions a second of possession.
+        handovers, how many passes; given and received, the shares of them beside a 023 of the one and a 045
+        of the other; spells_per_s, possessions a second of possession.
     """
     found: dict[tuple[str, int, int], list[tuple[int, int]]] = {}
     for team, robot, code, start, end in situations.filter(pl.col("code").is_in((YIELDS, RECEIVES))).select(
@@ -51,7 +57,7 @@ def on_ball(possession: pl.DataFrame, passes: pl.DataFrame, situations: pl.DataF
         "given": _share([beside(team, one, YIELDS, left, came) for team, one, _, left, came in pairs]),
         "received": _share([beside(team, two, RECEIVES, came, came) for team, _, two, _, came in pairs]),
         "spells_per_s": _share(
-            [possession.height], (possession["end_ns"] - possession["start_ns"]).sum() / 1e9),
+            [possession.height], float((possession["end_ns"] - possession["start_ns"]).sum()) / 1e9),
     }
 
 

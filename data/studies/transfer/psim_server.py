@@ -1,8 +1,8 @@
-"""The simulator pSim (0.2.4, Box2D), a step of a sixtieth of a second at a time, for a program that asks for it.
+"""The simulator pSim (0.2.4, Box2D), a sixtieth of a second at a time, for a program that asks for it.
 
-It needs a Python with pSim. It answers as ``rsim_server`` does. pSim drives robots by speed and turning rate, of which
-it has at most 0.75 m/s and 20 rad/s; a command of more than both together is scaled down, by pSim. A robot's radius of
-wheels and the distance between them are pSim's.
+It needs a Python with pSim. It answers as ``rsim_server`` does. pSim drives robots by speed and turning rate,
+of which it has at most 0.75 m/s and 20 rad/s; a command of more than both together is scaled down, by pSim. A
+robot's radius of wheels and the distance between them are pSim's.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ robots = int(sys.argv[1])
 simulator = Simulator()
 
 
-def state():
+def state() -> list[float]:
     """Ball and robots, in rSim's order and units."""
     ball = simulator.ball_body
     found = [ball.position.x, ball.position.y, 0.0, ball.linearVelocity.x, ball.linearVelocity.y]
@@ -29,7 +29,7 @@ def state():
     return found
 
 
-def place(ball, blue, yellow):
+def place(ball: list[float], blue: list[list[float]], yellow: list[list[float]]) -> None:
     """Put all bodies somewhere; robots stand."""
     poses = [[(x, y, math.radians(theta)) for x, y, theta in team] for team in (blue, yellow)]
     simulator.world.ClearForces()
@@ -37,7 +37,7 @@ def place(ball, blue, yellow):
     simulator.ball_body.linearVelocity = tuple(ball[2:])
 
 
-def step(wheels):
+def step(wheels: list[list[float]]) -> None:
     """A sixtieth of a second, as ``pSim.vsss_base_env`` does it."""
     for row, (left, right) in enumerate(wheels):
         speed, turning = (left + right) / 2 * simulator.r, (right - left) * simulator.r / simulator.b
@@ -50,7 +50,9 @@ def step(wheels):
 
 spread = [[-0.2 * i, 0.0, 0.0] for i in range(1, robots + 1)]
 place([0.0] * 4, spread, [[-x, y, theta] for x, y, theta in spread])
-print(json.dumps({"field_length": simulator.field_size[0], "field_width": simulator.field_size[1]}), flush=True)
+print(
+    json.dumps({"field_length": simulator.field_size[0], "field_width": simulator.field_size[1]}), flush=True
+)
 for line in sys.stdin:
     asked = json.loads(line)
     if "place" in asked:

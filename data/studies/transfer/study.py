@@ -1,14 +1,15 @@
-"""Does what was learned in our arena work in others' simulators? The same teams, laws and seeds in rSim and pSim.
+"""Teams that learned in our arena, in others' simulators: the same laws and seeds in rSim and pSim.
 
-``PYTHONPATH=tests python -m studies.transfer data/studies/transfer RSIM PSIM DATA TEAM...`` (three minutes for a team
-in pSim, half an hour in rSim; RSIM and PSIM are Pythons with rc-robosim and with pSim, or ``-``; DATA has the seasons of the
-teams that are named).
+``study.py RSIM PSIM DATA TEAM...``, as ``make transfer`` calls it (three minutes for a team in pSim, half an
+hour in rSim; what was stopped goes on). RSIM and PSIM are Pythons with rc-robosim and with pSim, or ``-``;
+DATA has the seasons of the teams that are named.
 
-Each team plays twenty matches of eight minutes against the static team, in pairs of one seed with sides swapped: in
-our arena, in rSim 1.2 and in pSim 0.2.4, which compute only the motion of bodies by wheels. Our referee watches all.
-rSim takes steps of whole milliseconds, 17 instead of 16.67; both have masses, friction and motors of their own.
-Controls: the best constant team and the random team, which learned nothing. ``transfer.csv`` has a row for each team
-and simulator: goal difference a match with Student's interval over the pairs. Rows of what is not played stay.
+Each team plays twenty matches of eight minutes against the static team, in pairs of one seed with sides
+swapped: in our arena, in rSim 1.2 and in pSim 0.2.4, which compute only the motion of bodies by wheels. Our
+referee watches all. rSim takes steps of whole milliseconds, 17 instead of 16.67; both have masses, friction
+and motors of their own. Controls: the best constant team and the random team, which learned nothing.
+``transfer.csv`` has a row for each team and simulator: goal difference a match with Student's interval over
+the pairs. Rows of what is not played stay.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import polars as pl
-from conftest import ROOT
+from harness import Parts, going_on, of_pairs
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import Match
@@ -30,7 +32,6 @@ from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.game.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.live.encoding import WHEEL_M
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.store import Store
 
 #: Seeds that nothing was chosen on.
@@ -38,8 +39,9 @@ SEEDS = range(2_400_000, 2_400_010)
 CONTROLS = ("best-constant", "random")
 HOW = MatchSettings(referee=RefereeSettings(duration_s=480.0)).of_match()
 STATIC = TeamSettings(kind="static")
-#: The programs that let others' simulators take steps, in tests/counterparts, and their arguments.
-SERVERS = {"rSim 1.2": ("rsim_server.py", "3", "17"), "pSim 0.2.4": ("psim_server.py", "3")}
+#: The programs that let others' simulators take steps, and their arguments.
+_HERE = Path(__file__).parent
+SERVERS = {"rSim 1.2": (_HERE / "rsim_server.py", "3", "17"), "pSim 0.2.4": (_HERE / "psim_server.py", "3")}
 
 
 class TheirArena:
@@ -48,9 +50,8 @@ class TheirArena:
     def __init__(self, python: str, simulator: str, robots: int = 3) -> None:
         self._robots = robots
         self.bodies: F64 = np.zeros((1 + 2 * robots, COLUMNS))
-        self._server = subprocess.Popen(
-            [python, ROOT / "tests" / "counterparts" / SERVERS[simulator][0], *SERVERS[simulator][1:]],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self._server = subprocess.Popen(  # noqa: S603 (a program of ours)
+            [python, *SERVERS[simulator]], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.field = self._answer()
 
     def place(self, bodies: F64) -> None:
@@ -105,30 +106,41 @@ def difference(store: Store, word: str, seed: int, home: bool, arena: TheirArena
     return own - other
 
 
-def rows(store: Store, pythons: list[str], words: list[str]) -> list[dict[str, object]]:
+def rows(
+    store: Store, pythons: Sequence[str], words: Sequence[str], seeds: Sequence[int], parts: Parts
+) -> list[dict[str, object]]:
     """A row for each team and simulator; a Python for each of the others' simulators, or ``-``."""
-    there = {name: TheirArena(python, name) for name, python in zip(SERVERS, pythons, strict=True) if python != "-"}
-    found = []
+    there = {
+        name: TheirArena(python, name) for name, python in zip(SERVERS, pythons, strict=True) if python != "-"
+    }
+
+    def pair(job: tuple[str, str, int]) -> float:
+        word, name, seed = job
+        return float(
+            np.mean([difference(store, word, seed, home, there.get(name)) for home in (True, False)])
+        )
+
+    found: list[dict[str, object]] = []
     for word in (*CONTROLS, *words):
-        for name, where in {"our arena": None, **there}.items():
-            pairs = [np.mean([difference(store, word, seed, home, where) for home in (True, False)]) for seed in SEEDS]
-            low, high = mean_interval(pairs) or (None, None)
-            found.append({"team": word, "simulator": name, "matches": 2 * len(pairs), "difference": float(np.mean(pairs)),
-                          "low": low, "high": high})
+        for name in ("our arena", *there):
+            pairs = parts([(word, name, seed) for seed in seeds], pair)
+            found.append({"team": word, "simulator": name, **of_pairs(pairs)})
             print(found[-1], flush=True)
     for arena in there.values():
         arena.close()
     return found
 
 
-def main(out: Path, pythons: list[str], data: Path, words: list[str]) -> None:
+def main(
+    out: Path, pythons: Sequence[str], data: Path, words: Sequence[str], seeds: Sequence[int] = SEEDS
+) -> None:
     """Play, and put the rows into the table."""
-    out.mkdir(parents=True, exist_ok=True)
-    found, path = pl.DataFrame(rows(Store(data), pythons, words)), out / "transfer.csv"
-    if path.exists():
-        found = pl.concat([found, pl.read_csv(path).join(found, on=("team", "simulator"), how="anti")])
-    found.sort("team", "simulator").write_csv(path, float_precision=2)
+    with going_on(out, __file__) as parts:
+        found, path = pl.DataFrame(rows(Store(data), pythons, words, seeds, parts)), out / "transfer.csv"
+        if path.exists():
+            found = pl.concat([found, pl.read_csv(path).join(found, on=("team", "simulator"), how="anti")])
+        found.sort("team", "simulator").write_csv(path, float_precision=2)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2:4], Path(sys.argv[4]), sys.argv[5:])
+    main(Path(__file__).parent, sys.argv[1:3], Path(sys.argv[3]), sys.argv[4:])

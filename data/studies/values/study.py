@@ -1,36 +1,31 @@
-"""Whether values predict: V, and the values of behaviours, on played matches and on recordings.
+"""Do values predict what comes? V, and the values of behaviours, on played matches and on recordings.
 
-``PYTHONPATH=tests python -m studies.values data/studies/values [RECORDINGS]`` (a quarter of an hour) plays
-four pairings and reads the recordings, and writes ``models.csv``, ``calibration.csv``, ``halves.csv`` and
+``make study-values`` (a quarter of an hour; what was stopped goes on after the last whole game) plays four
+pairings and reads the recordings, and writes ``models.csv``, ``calibration.csv``, ``halves.csv`` and
 ``increment.csv``; the README beside them says what each shows.
 """
 
 from __future__ import annotations
 
-import io
-import sys
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import polars as pl
-from conftest import SAMPLE
+from harness import elsewhere, going_on, logged, recordings, workers
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss, roc_auc_score
-from support.recordings import INSPER, RCSS, RSIM, SSL
 
-from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.controllers import controllers_of
-from pitchlore.pipeline.arena.match.match import Match
-from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.behaviours.grams import grams, merge, spelt
 from pitchlore.pipeline.behaviours.shrinkage import valued
 from pitchlore.pipeline.goals import attribute
 from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
+from pitchlore.pipeline.numbers import trees
 from pitchlore.pipeline.sequences.derive import value
 from pitchlore.pipeline.sequences.windows import followed, owned_by, side_of
 from pitchlore.pipeline.settings import (
@@ -44,7 +39,7 @@ from pitchlore.pipeline.settings import (
 )
 from pitchlore.pipeline.situations.recognise import recognise
 from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values import models, trees
+from pitchlore.pipeline.values import models
 from pitchlore.pipeline.values.fitting import fit, grow
 from pitchlore.pipeline.values.moments import moments
 from pitchlore.pipeline.values.worths import values, worths
@@ -56,6 +51,8 @@ PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
 FIRST_SEED, MATCHES, SECONDS = 7001, 40, 480.0
 #: Instances that a gram needs in both halves.
 SUPPORT = 10
+#: Models of a report that a row has figures of.
+MODELS = ("logistic", "boosting", "actions", "cells", "ball", "ball_x", "rate")
 #: Resamples of the bootstrap by match.
 RESAMPLES = 200
 #: Deals of the values for the control.
@@ -78,22 +75,6 @@ class Watched:
     trajectories: pl.DataFrame
 
 
-def play(home: TeamKind, away: TeamKind, seed: int) -> bytes:
-    """The log of a match under the league's laws."""
-    recipe = Recipe(
-        home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
-        referee=RefereeSettings(duration_s=SECONDS))
-    match, stream = Match(recipe, controllers_of(recipe, {})), io.BytesIO()
-    recorder, goes_on = matches.Recorder(stream, match.info), True
-    while goes_on:
-        goes_on = match.advance(4096)
-        taken = match.take()
-        recorder.frames(taken.frames)
-        recorder.referee(taken.referee)
-    recorder.close(info=match.info)
-    return stream.getvalue()
-
-
 def watch(data: bytes, name: str) -> Watched:
     """The tables of a log or recording."""
     log = readers.read(readers.open_source(data, name), TrackingMap())
@@ -107,9 +88,12 @@ def watch(data: bytes, name: str) -> Watched:
     )
 
 
-def _played(job: tuple[TeamKind, TeamKind, int]) -> Watched:
+def played(job: tuple[TeamKind, TeamKind, int]) -> Watched:
+    """The tables of a match under the league's laws: home, away, seed."""
     home, away, seed = job
-    return watch(play(home, away, seed), f"{home}-{away}-{seed}.mcap")
+    recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+                    referee=RefereeSettings(duration_s=SECONDS))
+    return watch(logged(recipe), f"{home}-{away}-{seed}.mcap")
 
 
 def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
@@ -122,9 +106,11 @@ def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
 
 
 def by_cell(parts: list[Watched]) -> dict[str, float] | None:
-    """The chance by the ball's cell alone, 16 by 12 cells as in expected threat (Singh 2018), cross-fitted."""
+    """The chance by the ball's cell, of 16 by 12 as in expected threat (Singh 2018), cross-fitted."""
     _, features, scores, fold = _known(parts)
-    cell = np.clip((features[:, 0] + 1) * 8, 0, 15).astype(int) * 12 + np.clip(features[:, 1] * 12, 0, 11).astype(int)
+    cell = np.clip((features[:, 0] + 1) * 8, 0, 15).astype(int) * 12 + np.clip(
+        features[:, 1] * 12, 0, 11
+    ).astype(int)
     chance = np.empty(len(scores))
     for f in range(_FOLDS):
         own = fold == f
@@ -136,7 +122,7 @@ def by_cell(parts: list[Watched]) -> dict[str, float] | None:
 
 
 def by_actions(parts: list[Watched]) -> dict[str, float] | None:
-    """The chance by the last three situations at the ball and where they were: VAEP's construction, cross-fitted.
+    """The chance by the last three situations at the ball and their places: VAEP's, cross-fitted.
 
     VAEP (Decroos et al. 2019) describes a moment by the last three actions: what they were, whose, where and
     when. Actions are here the situations at the ball that are over, with the ball's place.
@@ -153,7 +139,7 @@ def by_actions(parts: list[Watched]) -> dict[str, float] | None:
 
 
 def _known(parts: list[Watched]) -> tuple[pl.DataFrame, np.ndarray, np.ndarray, np.ndarray]:
-    """Moments whose outcome is known, a second apart: rows, features, outcomes, folds (by match, or by minute)."""
+    """Moments with a known outcome, a second apart: rows, features, outcomes, folds (matches or minutes)."""
     seen = pl.concat(_apart(part) for part in parts)
     names = {name: i for i, name in enumerate(seen["match_id"].unique(maintain_order=True))}
     match = np.array([names[name] for name in seen["match_id"]])
@@ -168,7 +154,7 @@ def _apart(part: Watched) -> pl.DataFrame:
 
 
 def _actions(part: Watched) -> np.ndarray:
-    """Code, team (own 1, theirs 0), place along and across, and age of the last three situations at the ball."""
+    """Code, team (own 1, theirs 0), place along and across, age of the last three situations at the ball."""
     seen = _apart(part)
     done = part.situations.filter(pl.col("code").is_in(_AT_BALL)).sort("end_ns")
     found = np.full((seen.height, 15), np.nan)
@@ -181,7 +167,11 @@ def _actions(part: Watched) -> np.ndarray:
     last = np.searchsorted(end, t_ns, side="right") - 1
     for back in range(3):
         row = last - back
-        there = (row >= 0) & (segment[np.maximum(row, 0)] == seen["segment"].to_numpy()) if len(end) else row > np.inf
+        there = (
+            (row >= 0) & (segment[np.maximum(row, 0)] == seen["segment"].to_numpy())
+            if len(end)
+            else row > np.inf
+        )
         at = np.maximum(row, 0)[there]
         mine = team[at] == own[there]
         side = np.where(own[there] == "home", 1.0, -1.0)
@@ -193,7 +183,10 @@ def _actions(part: Watched) -> np.ndarray:
 def _of(scores: np.ndarray, chance: np.ndarray) -> dict[str, float] | None:
     if not (scores.any() and not scores.all()):
         return None
-    return {"log_loss": round(float(log_loss(scores, chance)), 5), "auc": round(float(roc_auc_score(scores, chance)), 4)}
+    return {
+        "log_loss": round(float(log_loss(scores, chance)), 5),
+        "auc": round(float(roc_auc_score(scores, chance)), 4),
+    }
 
 
 def figures(known: pl.DataFrame) -> dict[str, object]:
@@ -217,12 +210,20 @@ def interval(count: int, measure: Callable[[np.ndarray], float]) -> tuple[float,
 
 def calibration(known: pl.DataFrame) -> pl.DataFrame:
     """Observed share of scoring soon where the chance is in each interval [from, to)."""
-    return known.with_columns(bin=pl.Series(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]))).group_by(
-        "bin").agg(moments=pl.len(), chance=pl.col("chance").mean().round(4), scores=pl.col("scores").mean().round(4)
-    ).sort("bin").with_columns(
-        pl.Series("from", [_EDGES[b] for b in range(len(_EDGES) - 1)])[pl.Series(
-            sorted(set(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]).tolist())))]
-    ).select("from", "moments", "chance", "scores")
+    return (
+        known.with_columns(bin=pl.Series(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1])))
+        .group_by("bin")
+        .agg(
+            moments=pl.len(), chance=pl.col("chance").mean().round(4), scores=pl.col("scores").mean().round(4)
+        )
+        .sort("bin")
+        .with_columns(
+            pl.Series("from", [_EDGES[b] for b in range(len(_EDGES) - 1)])[
+                pl.Series(sorted(set(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]).tolist())))
+            ]
+        )
+        .select("from", "moments", "chance", "scores")
+    )
 
 
 def changed(parts: list[Watched], own: models.Models) -> list[pl.DataFrame]:
@@ -236,24 +237,30 @@ def changed(parts: list[Watched], own: models.Models) -> list[pl.DataFrame]:
 
 
 def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame:
-    """The grams of one length of all sides together, each side of a match by itself, with their estimated values."""
+    """The grams of one length of all sides, each side of a match by itself, with their estimated values."""
     found = []
     for part in parts:
         sequence = followed(part, GramSettings().gap_s).with_columns(who=side_of(part["team"]))
         if outcome == "paper":
             sequence = sequence.with_columns(change=pl.lit(None, dtype=pl.Float64))
         of_sides = grams(sequence, n)
-        found.append(of_sides.with_columns(key=owned_by(np.zeros(of_sides.height, np.int64), of_sides["key"].to_numpy())))
+        found.append(
+            of_sides.with_columns(
+                key=owned_by(np.zeros(of_sides.height, np.int64), of_sides["key"].to_numpy())
+            )
+        )
     return valued(spelt(merge(found), n), shrink=True)
 
 
 def learned_apart(split: list[list[Watched]]) -> list[list[pl.DataFrame]] | None:
     """The situations of each half of the matches, by models of its own; None if a half has too few goals."""
-    fits = [fit(pl.concat(part.moments for part in half), ModelSettings(), models.shipped())[0]
-            for half in split]
-    if None in fits:
-        return None
-    return [changed(half, fit) for half, fit in zip(split, fits, strict=True)]
+    found = []
+    for half in split:
+        fitted, _ = fit(pl.concat(part.moments for part in half), ModelSettings(), models.shipped())
+        if fitted is None:
+            return None
+        found.append(changed(half, fitted))
+    return found
 
 
 def halves(pairing: str, situations: list[list[pl.DataFrame]]) -> list[dict[str, object]]:
@@ -264,8 +271,10 @@ def halves(pairing: str, situations: list[list[pl.DataFrame]]) -> list[dict[str,
     for n in (1, 2, 3, 4):
         row: dict[str, object] = {"game": pairing, "n": n}
         for name, source, outcome, columns in (
-            ("change", situations, "change", ("mean", "mean")), ("shrunk", situations, "change", ("value", "value")),
-            ("family", situations, "change", ("family", "mean")), ("paper", situations, "paper", ("mean", "mean")),
+            ("change", situations, "change", ("mean", "mean")),
+            ("shrunk", situations, "change", ("value", "value")),
+            ("family", situations, "change", ("family", "mean")),
+            ("paper", situations, "paper", ("mean", "mean")),
             ("shuffled", shuffled, "change", ("mean", "mean")),
         ):
             one, two = (counted(half, n, outcome).filter(pl.col("count") >= SUPPORT) for half in source)
@@ -281,7 +290,7 @@ def halves(pairing: str, situations: list[list[pl.DataFrame]]) -> list[dict[str,
 def increment(
     pairing: str, split: list[list[Watched]], situations: list[list[pl.DataFrame]]
 ) -> list[dict[str, object]]:
-    """What the values of the robots' situations add to the ball's model, learned on one half and asked on the other.
+    """Gains by the robots' situations beside the ball's model, learned on one half and asked on the other.
 
     The control deals the values out anew among the codes: mean, least and greatest gain of several deals.
     """
@@ -291,14 +300,20 @@ def increment(
             asked = [_asked(split, situations, k, outcome, known) for k in (0, 1)]
             ball, both, scores, match = (
                 np.concatenate([half[i] for half in asked]) for i in range(4))
-            units = [np.flatnonzero(match == each) for each in np.unique(match)]
-            auc = interval(len(units), lambda drawn, u=units, s=scores, a=both, b=ball: _gain(
-                s, a, b, np.concatenate([u[i] for i in drawn])))
-            rows.append({
-                "game": pairing, "outcome": outcome, "situations": known, "ball": round(roc_auc_score(scores, ball), 4),
-                "both": round(roc_auc_score(scores, both), 4), "gain_low": round(auc[0], 5), "gain_high": round(auc[1], 5),
-                "log_loss_ball": round(log_loss(scores, ball), 5), "log_loss_both": round(log_loss(scores, both), 5),
-            })
+            auc = _gain(scores, both, ball, match)
+            rows.append(
+                {
+                    "game": pairing,
+                    "outcome": outcome,
+                    "situations": known,
+                    "ball": round(roc_auc_score(scores, ball), 4),
+                    "both": round(roc_auc_score(scores, both), 4),
+                    "gain_low": round(auc[0], 5),
+                    "gain_high": round(auc[1], 5),
+                    "log_loss_ball": round(log_loss(scores, ball), 5),
+                    "log_loss_both": round(log_loss(scores, both), 5),
+                }
+            )
         deals = []
         for deal in range(_DEALS):
             asked = [_asked(split, situations, k, outcome, "under way", deal) for k in (0, 1)]
@@ -315,8 +330,15 @@ def increment(
     return rows
 
 
-def _gain(scores: np.ndarray, both: np.ndarray, ball: np.ndarray, rows: np.ndarray) -> float:
-    return float(roc_auc_score(scores[rows], both[rows]) - roc_auc_score(scores[rows], ball[rows]))
+def _gain(scores: np.ndarray, both: np.ndarray, ball: np.ndarray, match: np.ndarray) -> tuple[float, float]:
+    """95 % interval of the AUC of ``both`` above that of ``ball``, by bootstrap over matches."""
+    units = [np.flatnonzero(match == each) for each in np.unique(match)]
+
+    def gain(drawn: np.ndarray) -> float:
+        rows = np.concatenate([units[i] for i in drawn])
+        return float(roc_auc_score(scores[rows], both[rows]) - roc_auc_score(scores[rows], ball[rows]))
+
+    return interval(len(units), gain)
 
 
 def _asked(
@@ -340,8 +362,8 @@ def _asked(
     ]
     (ball, extra, scores, _), (ball_k, extra_k, scores_k, match) = (
         tuple(np.concatenate([part[i] for part in half]) for i in range(4)) for half in tables)
-    plain = LogisticRegression(max_iter=1000).fit(ball, scores)
-    full = LogisticRegression(max_iter=1000).fit(np.c_[ball, extra], scores)
+    plain = LogisticRegression(max_iter=1000).fit(ball, scores)  # type: ignore[no-untyped-call]
+    full = LogisticRegression(max_iter=1000).fit(np.c_[ball, extra], scores)  # type: ignore[no-untyped-call]
     return (plain.predict_proba(ball_k)[:, 1], full.predict_proba(np.c_[ball_k, extra_k])[:, 1], scores_k,
             match + 1000 * k)
 
@@ -349,7 +371,7 @@ def _asked(
 def _looked(
     part: Watched, table: pl.DataFrame, learned: pl.DataFrame, known: str, number: int
 ) -> tuple[np.ndarray, ...]:
-    """Of each known moment: the ball's features, the worths of both teams' situations, the outcome, the match."""
+    """Ball's features, worths of both teams' situations, outcome and match of each known moment."""
     seen = part.moments.filter(pl.col("scores").is_not_null())
     worth = table.join(learned, on=("role", "code"), how="left").with_columns(pl.col("worth").fill_null(0.0))
     extra = np.zeros((seen.height, 2))
@@ -369,43 +391,46 @@ def _looked(
     return ball, extra, seen["scores"].to_numpy(), np.full(seen.height, number)
 
 
-def main(folder: Path, recordings: Path | None) -> None:
-    """Write the study's tables."""
-    rows, bins, pairs, gains = [], [], [], []
-    games: list[tuple[str, list[Watched]]] = []
-    with ProcessPoolExecutor(2) as pool:
-        for home, away in PAIRINGS:
-            jobs = [(home, away, FIRST_SEED + i) for i in range(MATCHES)]
-            games.append((f"{home} - {away}", list(pool.map(_played, jobs, chunksize=5))))
-    for name in (RSIM, SSL, RCSS, INSPER):
-        path = SAMPLE if name == RSIM else (recordings / name if recordings else None)
-        if path is None or not path.exists():
-            print(f"{name}: not here, left out")
-            continue
-        games.append((name, [watch(path.read_bytes(), name)]))
-    for game, parts in games:
-        seen, report = chances(parts)
-        known = seen.filter(pl.col("scores").is_not_null())
-        row: dict[str, object] = {"game": game, **{name: report[name] for name in ("matches", "goals", "kind")}}
-        if report["kind"] is not None:
-            row |= figures(known)
-            report |= {"cells": by_cell(parts), "actions": by_actions(parts)}
-            row |= {f"{name}_{what}": report[name][what] for name in ("logistic", "boosting", "actions", "cells", "ball", "ball_x", "rate")
-                    if report.get(name) for what in ("auc", "log_loss")}
-            bins.append(calibration(known).with_columns(game=pl.lit(game)))
-        rows.append(row)
-        split = [parts[0::2], parts[1::2]]
-        situations = learned_apart(split) if len(parts) > 1 else None
-        if situations is not None:
-            pairs += halves(game, situations)
-            gains += increment(game, split, situations)
-        print(game, row)
-    folder.mkdir(parents=True, exist_ok=True)
-    pl.DataFrame(rows, infer_schema_length=None).write_csv(folder / "models.csv")
-    pl.concat(bins).select("game", pl.exclude("game")).write_csv(folder / "calibration.csv")
-    pl.DataFrame(pairs, infer_schema_length=None).write_csv(folder / "halves.csv")
-    pl.DataFrame(gains, infer_schema_length=None).write_csv(folder / "increment.csv")
+def judged(game: str, parts: list[Watched]) -> dict[str, list[dict[str, object]]]:
+    """The rows of a game in each table of the study."""
+    seen, report = chances(parts)
+    known = seen.filter(pl.col("scores").is_not_null())
+    row: dict[str, object] = {"game": game, **{name: report[name] for name in ("matches", "goals", "kind")}}
+    rows: dict[str, list[dict[str, object]]] = {
+        "models": [row],
+        "calibration": [],
+        "halves": [],
+        "increment": [],
+    }
+    if report["kind"] is not None:
+        row |= figures(known)
+        report |= {"cells": by_cell(parts), "actions": by_actions(parts)}
+        row |= {f"{name}_{what}": of[what] for name in MODELS if isinstance(of := report.get(name), dict)
+                for what in ("auc", "log_loss")}
+        rows["calibration"] = calibration(known).select(pl.lit(game).alias("game"), pl.all()).to_dicts()
+    split = [parts[0::2], parts[1::2]]
+    situations = learned_apart(split) if len(parts) > 1 else None
+    if situations is not None:
+        rows["halves"], rows["increment"] = halves(game, situations), increment(game, split, situations)
+    print(game, row, flush=True)
+    return rows
+
+
+def main(out: Path, folder: Path, matches: int = MATCHES) -> None:
+    """Write the study's tables: the pairings, then the recordings."""
+    with workers() as pool, going_on(out, __file__) as parts:
+        def pairing(job: tuple[TeamKind, TeamKind]) -> dict[str, list[dict[str, object]]]:
+            jobs = [(*job, FIRST_SEED + i) for i in range(matches)]
+            return judged(" - ".join(job), list(pool.map(played, jobs, chunksize=5)))
+
+        def recording(path: str) -> dict[str, list[dict[str, object]]]:
+            return judged(Path(path).name, [watch(Path(path).read_bytes(), Path(path).name)])
+
+        found = [*parts(PAIRINGS, pairing), *parts(map(str, recordings(folder).values()), recording)]
+        for name in found[0]:
+            rows = [row for game in found for row in game[name]]
+            pl.DataFrame(rows, infer_schema_length=None).write_csv(out / f"{name}.csv")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    main(Path(__file__).parent, elsewhere())

@@ -1,4 +1,4 @@
-"""What happens to the data folder, each in a thread of its own."""
+"""Events that befall the data folder, each in a thread of its own."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import random
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -16,10 +17,10 @@ from pathlib import Path
 from threading import Event, Lock, Thread
 from typing import NamedTuple
 
-from studies.soak.clock import Clock
-from studies.soak.league import NAMES, League
-from studies.soak.processes import listens, running
-from studies.soak.questions import NOTEBOOK, Judge
+from soak.clock import Clock
+from soak.league import NAMES, League
+from soak.processes import listens, running
+from soak.questions import NOTEBOOK, Judge, Row
 from support.terminal import Terminal
 
 from pitchlore.pipeline.store import Store
@@ -95,13 +96,20 @@ class Soak:
     def run(self) -> None:
         """Let all happen until time is over, then end all of it."""
         actors: list[Callable[[random.Random], None]] = [
-            self._drop, self._command, self._interrupt, self._kill, self._step, self._ask, self._read, self._keep,
+            self._drop,
+            self._command,
+            self._interrupt,
+            self._kill,
+            self._step,
+            self._ask,
+            self._read,
+            self._keep,
             self._watch,
         ]
         if self.room:
             actors.append(self._fill)
-        threads = [Thread(target=self._act, args=(actor, random.Random(f"{self._seed} {actor.__name__}")))
-                   for actor in actors]
+        luck = [random.Random(f"{self._seed} {actor.__name__}") for actor in actors]  # noqa: S311 (no secret)
+        threads = [Thread(target=self._act, args=each) for each in zip(actors, luck, strict=True)]
         for thread in threads:
             thread.start()
         time.sleep(self.seconds)
@@ -136,7 +144,7 @@ class Soak:
                 self._stop.wait(5.0)
 
     def _drop(self, rng: random.Random) -> None:
-        """A recording comes into the inbox, at once or in pieces; one that is refused may have a bad name; or one goes."""
+        """A recording comes into the inbox, at once or in pieces, perhaps with a bad name; or one goes."""
         self._stop.wait(rng.uniform(1.0, 8.0))
         there = [path for path in self.league.inbox.iterdir() if path.is_file()]
         if there and rng.random() < 0.35:
@@ -172,13 +180,22 @@ class Soak:
         self._stop.wait(rng.uniform(0.0, 5.0))
         words = self._words(rng)
         begun = time.monotonic()
-        process = subprocess.Popen(self.league.command(*words), env=self.league.environment, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, text=True, errors="replace")
+        process = subprocess.Popen(  # noqa: S603 (our own)
+            self.league.command(*words),
+            env=self.league.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
         said = self._heard(process, words)
         took = time.monotonic() - begun
         killed = process.pid in self._killed
-        self.note(f"commands {words[0]}", f"{words[1:2]} {'killed' if killed else process.returncode} in {took:.0f} s:"
-                  f" {said.strip().splitlines()[-1][-120:] if said.strip() else ''!r}")
+        self.note(
+            f"commands {words[0]}",
+            f"{words[1:2]} {'killed' if killed else process.returncode} in {took:.0f} s:"
+            f" {said.strip().splitlines()[-1][-120:] if said.strip() else ''!r}",
+        )
         self._check_said(words, said)
         if not killed and process.returncode not in (0, 1):
             self.find(f"{words} ended with {process.returncode}: {said[-300:]!r}")
@@ -190,8 +207,13 @@ class Soak:
         if not settings.exists():
             settings.write_text(SEASON)
         chosen: list[list[object]] = [
-            ["run"], ["run"], ["import", self.league.recording(rng)], ["import", "--isolate", self.league.recording(rng)],
-            ["verify"], ["prune"], ["kb", "list"],
+            ["run"],
+            ["run"],
+            ["import", self.league.recording(rng)],
+            ["import", "--isolate", self.league.recording(rng)],
+            ["verify"],
+            ["prune"],
+            ["kb", "list"],
             ["season", "--settings", settings, "--seed", rng.randrange(1, 4)],
         ]
         if matches:
@@ -199,7 +221,7 @@ class Soak:
         return rng.choice(chosen)
 
     def _heard(self, process: subprocess.Popen[str], words: list[object]) -> str:
-        """What a command says until it ends; one that does not end is found, and killed."""
+        """The output of a command until it ends; one that does not end is found, and killed."""
         try:
             return process.communicate(timeout=COMMAND_S)[0]
         except subprocess.TimeoutExpired:
@@ -287,8 +309,8 @@ class Soak:
         except (ValueError, KeyError) as error:  # it was killed while it wrote
             self.note("sql: half an answer", str(error)[:100])
 
-    def _judge(self, who: str, answer: list) -> None:
-        wrong = self.judge.wrong(map(tuple, answer))
+    def _judge(self, who: str, answer: list[Row]) -> None:
+        wrong = self.judge.wrong(answer)
         self.note(f"{who}: answers")
         self.counts[f"{who}: rows"] += len(answer)
         for what in wrong[:3]:
@@ -298,8 +320,8 @@ class Soak:
         """A notebook asks without pause; it is opened again when it is killed."""
         if self._notebook is None or self._notebook.poll() is not None:
             self.note("notebooks opened")
-            self._notebook = subprocess.Popen(
-                [os.sys.executable, "-c", NOTEBOOK, str(self.league.data / "catalog.duckdb")],
+            self._notebook = subprocess.Popen(  # noqa: S603 (our own)
+                [sys.executable, "-c", NOTEBOOK, str(self.league.data / "catalog.duckdb")],
                 env=self.league.environment, stdout=subprocess.PIPE, text=True)
         assert self._notebook.stdout is not None
         line = self._notebook.stdout.readline()
@@ -320,7 +342,7 @@ class Soak:
         if self._serve is not None:
             self.note("serve ended", f"exit code {self._serve.returncode}")
         with (self.league.data.parent / "serve.txt").open("ab") as said:
-            self._serve = subprocess.Popen(
+            self._serve = subprocess.Popen(  # noqa: S603 (our own)
                 self.league.command("serve", "--cron", "* * * * *"), env=self.league.environment, stdout=said,
                 stderr=said, start_new_session=True)
         self.note("serve started")
@@ -329,24 +351,32 @@ class Soak:
     def _watch(self, _rng: random.Random) -> None:
         """Count what the processes take."""
         there = running()
-        self.samples.append(Sample(
-            round(time.monotonic() - self._begun, 1), len(there), round(sum(p.mib for p in there), 1),
-            max((p.files for p in there), default=0),
-            *next(((round(p.mib, 1), p.files) for p in there if self._serve and p.pid == self._serve.pid), (0.0, 0)),
-            round(next((p.mib for p in there if p.role == "notebook"), 0.0), 1),
-            _mib(self.league.data.parent / "prefect", "*.db*"),
-            sum(1 for _ in self.league.data.rglob("*.tmp*")), _mib(self.league.data, "*"),
-        ))
+        self.samples.append(
+            Sample(
+                round(time.monotonic() - self._begun, 1),
+                len(there),
+                round(sum(p.mib for p in there), 1),
+                max((p.files for p in there), default=0),
+                *next(
+                    ((round(p.mib, 1), p.files) for p in there if self._serve and p.pid == self._serve.pid),
+                    (0.0, 0),
+                ),
+                round(next((p.mib for p in there if p.role == "notebook"), 0.0), 1),
+                _mib(self.league.data.parent / "prefect", "*.db*"),
+                sum(1 for _ in self.league.data.rglob("*.tmp*")),
+                _mib(self.league.data, "*"),
+            )
+        )
         self._stop.wait(10.0)
 
-    def _end(self, process: subprocess.Popen, how: int) -> None:
+    def _end(self, process: subprocess.Popen[bytes] | subprocess.Popen[str], how: int) -> None:
         """End a process that was kept; it has to end soon."""
         if process.poll() is None:
             process.send_signal(how)
         try:
             process.wait(END_S)
         except subprocess.TimeoutExpired:
-            self.find(f"{process.args} does not end in {END_S:.0f} s")
+            self.find(f"{process.args!r} does not end in {END_S:.0f} s")
             process.kill()
 
 

@@ -1,9 +1,9 @@
 """Ten minutes of broken recordings: every format, and maps.
 
-``PYTHONPATH=tests python -m studies.fuzz data/studies/fuzz 600``. A recording of each format is broken in ways
-that files break and attackers break them: bits flipped, stretches cut, doubled, moved, taken from another
-format; numbers replaced by extremes; compressed again. It has to be read, or refused by an error of ours in one
-short line, within the bounds. What is not is written beside the counts, and becomes a case of
+``make fuzz``, or ``study.py SECONDS [SEED]`` with the tests on Python's path. A recording of each format is
+broken in ways that files break and attackers break them: bits flipped, stretches cut, doubled, moved, taken
+from another format; numbers replaced by extremes; compressed again. It has to be read, or refused by an error
+of ours in one short line, within the bounds. What is not is written beside the counts, and becomes a case of
 ``tests/hostile/make.py``.
 """
 
@@ -30,10 +30,26 @@ from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 
 #: Most that one input may take.
 SECONDS, MEGABYTES = 10, 1024
-_EXTREMES = (b"0", b"-1", b"1e308", b"-1e-308", b"nan", b"inf", b"9" * 30, b"18446744073709551615", b"2147483648", b"",
-             b"\xff\xfe", b"\x1b[2J", b"null", b"(", b")", b"\0")
+_EXTREMES = (
+    b"0",
+    b"-1",
+    b"1e308",
+    b"-1e-308",
+    b"nan",
+    b"inf",
+    b"9" * 30,
+    b"18446744073709551615",
+    b"2147483648",
+    b"",
+    b"\xff\xfe",
+    b"\x1b[2J",
+    b"null",
+    b"(",
+    b")",
+    b"\0",
+)
 #: What is broken.
-WHOLE = {name: make() for name, make in FILES.items()}
+WHOLE: dict[str, bytes] = {name: make() for name, make in FILES.items()}
 Break = Callable[[bytes, random.Random], bytes]
 
 
@@ -73,7 +89,9 @@ def integers(data: bytes, rng: random.Random) -> bytes:
     out = bytearray(data)
     for _ in range(rng.choice((1, 2, 5))):
         size = rng.choice((1, 2, 4, 8))
-        value = rng.choice((0, 1, 255, (1 << 31) - 1, 1 << 31, (1 << 32) - 1, 1 << 40, (1 << 63) - 1, 1 << 63, (1 << 64) - 1))
+        value = rng.choice(
+            (0, 1, 255, (1 << 31) - 1, 1 << 31, (1 << 32) - 1, 1 << 40, (1 << 63) - 1, 1 << 63, (1 << 64) - 1)
+        )
         at = rng.randrange(max(1, len(out) - size))
         out[at:at + size] = (value & ((1 << 8 * size) - 1)).to_bytes(size, "little")
     return bytes(out)
@@ -104,13 +122,17 @@ def _too_long(_number: int, _frame: FrameType | None) -> None:
 
 
 def outcome(data: bytes, name: str, mapping: TrackingMap) -> str:
-    """What came of reading: "read", "refused", or what is wrong."""
+    """The outcome of reading: "read", "refused", or what is wrong."""
     signal.alarm(SECONDS)
     try:
         read(open_source(data, name), mapping)
     except PitchloreError as error:
         line = str(error)
-        return "refused" if line.isprintable() and len(line) < 2_000 else f"a line that is not one: {line[:80]!r}"
+        return (
+            "refused"
+            if line.isprintable() and len(line) < 2_000
+            else f"a line that is not one: {line[:80]!r}"
+        )
     except TooLong:
         return "takes too long"
     except BaseException as error:
@@ -121,7 +143,7 @@ def outcome(data: bytes, name: str, mapping: TrackingMap) -> str:
 
 
 def map_outcome(data: bytes) -> str:
-    """What came of reading a map."""
+    """The outcome of reading a map."""
     try:
         load_map(data.decode(errors="replace"))
     except PitchloreError:
@@ -131,13 +153,12 @@ def map_outcome(data: bytes) -> str:
     return "read"
 
 
-def main(folder: Path, seconds: float, seed: int) -> int:
+def main(out: Path, seconds: float, seed: int) -> int:
     """Break and read until time is over. Returns the number of findings."""
     signal.signal(signal.SIGALRM, _too_long)
-    resource.setrlimit(resource.RLIMIT_DATA, (MEGABYTES << 20,) * 2)
-    rng, counts, found = random.Random(seed), Counter[tuple[str, str, str]](), 0
+    rng = random.Random(seed)  # noqa: S311 (no secret)
+    counts, found = Counter[tuple[str, str, str]](), 0
     mapping = load_map(WHOLE["tracking-csv/mapped.csv.toml"].decode())
-    folder.mkdir(parents=True, exist_ok=True)
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         name, whole = rng.choice(list(WHOLE.items()))
@@ -152,14 +173,19 @@ def main(folder: Path, seconds: float, seed: int) -> int:
                said if said in ("read", "refused") else "found"] += 1
         if said not in ("read", "refused"):
             found += 1
-            (folder / f"found-{seed}-{found}-{Path(name).name}").write_bytes(data)
+            (out / f"found-{seed}-{found}-{Path(name).name}").write_bytes(data)
             print(f"{name} {breaking.__name__}: {said}", flush=True)
-    rows = [{"format": form, "broken by": how, "outcome": said, "inputs": n} for (form, how, said), n in sorted(counts.items())]
-    pl.DataFrame(rows).pivot("outcome", index=["format", "broken by"], values="inputs", aggregate_function="sum").fill_null(0) \
-        .sort("format", "broken by").write_csv(folder / "fuzz.csv")
+    rows = [
+        {"format": form, "broken by": how, "outcome": said, "inputs": n}
+        for (form, how, said), n in sorted(counts.items())
+    ]
+    pl.DataFrame(rows).pivot(
+        "outcome", index=["format", "broken by"], values="inputs", aggregate_function="sum"
+    ).fill_null(0).sort("format", "broken by").write_csv(out / "fuzz.csv")
     print(f"{sum(counts.values())} inputs in {seconds:.0f} s, {found} findings")
     return found
 
 
 if __name__ == "__main__":
-    sys.exit(1 if main(Path(sys.argv[1]), float(sys.argv[2]), int((sys.argv[3:] or ["1"])[0])) else 0)
+    resource.setrlimit(resource.RLIMIT_DATA, (MEGABYTES << 20,) * 2)
+    sys.exit(1 if main(Path(__file__).parent, float(sys.argv[1]), int((sys.argv[2:] or ["1"])[0])) else 0)

@@ -3,7 +3,7 @@
 A clip of the sample recording is imported, two matches are played, every stage runs and a policy is
 trained. Everything is hashed but the catalogue, which holds paths and times of files.
 
-    PYTHONPATH=tests python -m studies.chain FILE
+    PYTHONPATH=tests python -m support.chain FILE
 """
 
 from __future__ import annotations

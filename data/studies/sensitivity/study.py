@@ -1,9 +1,7 @@
-"""What the paper leaves open: its seasons with one setting changed, beside those without.
+"""Settings that the paper leaves open: its seasons with one of them changed, beside those without.
 
-``PYTHONPATH=tests python -m studies.sensitivity data/studies/sensitivity DATA``
-
-DATA is the data folder in which the seasons were played (``make sensitivity``). The page has a row for each
-change and opponent. Three seasons show only large differences.
+``study.py DATA``; DATA is the data folder in which ``make sensitivity`` has played the seasons. The page has
+a row for each change and opponent. Three seasons show only large differences.
 """
 
 from __future__ import annotations
@@ -31,16 +29,14 @@ def main(folder: Path, data: Path) -> None:
     rows = sensitivity(games, growth, PAPER)
     last = pl.col("game") <= rows["games"].min()
     games, growth = games.filter(last), growth.filter(last)
-    folder.mkdir(parents=True, exist_ok=True)
     rows.write_csv(folder / "sensitivity.csv", float_precision=4)
     text = "\n\n".join((
         "# Sensitivity: the paper's seasons with one setting changed",
-        (f"Made by {RELEASE} with `make sensitivity` (40 minutes on two free cores). Intervals are 95 % intervals"
-         " (Student) over seasons. Each is one by itself: one in twenty differs by chance."),
-        f"**{STAND_IN}.**", *about_sensitivity(games, growth),
-    ))
+        (f"Made by {RELEASE} with `make sensitivity` (40 minutes on two free cores). Intervals are 95 % "
+         "intervals (Student) over seasons. Each is one by itself: one in twenty differs by chance."),
+        f"**{STAND_IN}.**", *about_sensitivity(games, growth)))
     (folder / "README.md").write_text(f"{text}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(__file__).parent, Path(sys.argv[1]))

@@ -10,10 +10,11 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from conftest import clip
+import polars as pl
+from harness import SAMPLE
 from hostile.make import HOSTILE
-from studies.soak.processes import MARK
-from studies.soak.questions import QUESTION, Row
+from soak.processes import MARK
+from soak.questions import QUESTION, Row
 
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
@@ -24,8 +25,16 @@ from pitchlore.pipeline.store.receipts import digest
 from pitchlore.schemas import Behaviours, Occasions, Policies
 
 #: Recordings that are refused soon, and need little room.
-REFUSED = ("quadratic.mcap", "lying.mcap", "deep.mcap", "chunks.mcap", "rows.parquet", "bomb.csv.gz", "nothing.csv",
-           "empty.csv")
+REFUSED = (
+    "quadratic.mcap",
+    "lying.mcap",
+    "deep.mcap",
+    "chunks.mcap",
+    "rows.parquet",
+    "bomb.csv.gz",
+    "nothing.csv",
+    "empty.csv",
+)
 #: What no file should be named.
 NAMES = ("a\nb{}", "\x1b[2J{}", "<script>{}", "{}" + "x" * 180, "-rf {}")
 STARTS_S, LENGTH_S = range(0, 560, 25), 8.0
@@ -52,7 +61,7 @@ class League:
         self._pool.mkdir(parents=True)
         self.inbox.mkdir(parents=True)
         self.recordings = [self._recording(start) for start in STARTS_S]
-        self.refused = []
+        self.refused = list[Path]()
         for case in HOSTILE:
             if case.name in REFUSED:
                 (self._pool / case.name).write_bytes(case.content())
@@ -64,7 +73,7 @@ class League:
         return self.data / "inbox"
 
     def _recording(self, start: int) -> Path:
-        table = clip(start, start + LENGTH_S)
+        table = pl.read_parquet(SAMPLE).filter(pl.col("t").is_between(start, start + LENGTH_S, closed="left"))
         if start % 2:
             path = self._pool / f"w{start:03d}.csv"
             table.write_csv(path)
@@ -79,12 +88,18 @@ class League:
 
     def command(self, *words: object, data: Path | None = None) -> list[str]:
         """A command line."""
-        return [str(Path(sys.executable).with_name("pitchlore")), *map(str, words), "--data", str(data or self.data)]
+        return [
+            str(Path(sys.executable).with_name("pitchlore")),
+            *map(str, words),
+            "--data",
+            str(data or self.data),
+        ]
 
     def call(self, *words: object, data: Path | None = None) -> subprocess.CompletedProcess[str]:
         """Run a command to its end."""
-        return subprocess.run(self.command(*words, data=data), env=self.environment, text=True, check=False,
-                              capture_output=True, errors="replace")
+        return subprocess.run(  # noqa: S603 (our own)
+            self.command(*words, data=data), env=self.environment, text=True, check=False,
+            capture_output=True, errors="replace")
 
     def ask(self, data: Path | None = None) -> list[Row]:
         """The answer to the question.
@@ -110,7 +125,7 @@ class League:
 
 
 def contents(data: Path) -> dict[str, str]:
-    """What stands: SHA-256 of all files of the outputs, and the rows of knowledge and policy but their numbers.
+    """The state of a folder: SHA-256 of all outputs' files, of the rows of knowledge and of the policy.
 
     Raises:
         RuntimeError: if a run would find work.
@@ -124,6 +139,7 @@ def contents(data: Path) -> dict[str, str]:
              for noun in nouns for receipt in store.receipts(noun) for key, file in receipt.files.items()}
     for noun, version, tables in (("knowledge", report.knowledge, (Behaviours, Occasions)),
                                   ("policies", report.policy, (Policies,))):
+        assert version is not None
         manifest = store.manifest(noun, version)
         for table in tables:
             rows = store.read_table(manifest, table.NAME, table)

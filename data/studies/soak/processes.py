@@ -47,16 +47,22 @@ def running() -> list[Running]:
 
 def _role(words: list[bytes]) -> str:
     line = b" ".join(words).decode(errors="replace")
-    for sign, role in (("server_process", "server"), ("resource_tracker", "tracker"), ("forkserver", "reader"),
-                       ("spawn_main", "worker"), ("read_only=True", "notebook"), (" serve ", "serve"),
-                       ("prefect", "flow")):
+    for sign, role in (
+        ("server_process", "server"),
+        ("resource_tracker", "tracker"),
+        ("forkserver", "reader"),
+        ("spawn_main", "worker"),
+        ("read_only=True", "notebook"),
+        (" serve ", "serve"),
+        ("prefect", "flow"),
+    ):
         if sign in line:
             return role
     return "command"
 
 
 def listens(pid: int) -> bool:
-    """Whether a process handles SIGTERM: from then on our commands answer to Ctrl-C, too."""
+    """Tell whether a process handles SIGTERM: from then on our commands answer to Ctrl-C, too."""
     with suppress(OSError):
         (caught,) = (line.split()[1] for line in Path(f"/proc/{pid}/status").read_text().splitlines()
                      if line.startswith("SigCgt"))

@@ -7,7 +7,7 @@ in common with the act, or with a cycle before or after it, names the act.
 from __future__ import annotations
 
 import polars as pl
-from studies.labels.moments import Recording
+from labels.moments import Recording
 
 from pitchlore.pipeline.game.pitch import SCALES
 from pitchlore.pipeline.situations import fuzzy
@@ -23,8 +23,13 @@ NAMES = {"kick": (21,), "tackle": (21,), "catch": (1, 44, 45, 47)}
 FAMILY = (1, 11, 21, 22, 23)
 #: Groups of acts, and of situations, by what is known just before and just after them.
 GROUPS = {
-    "all": pl.lit(value=True), "slow": ~pl.col("fast"), "fast": pl.col("fast"), "at the body": pl.col("at_body"),
-    "further off": ~pl.col("at_body"), "under pressure": pl.col("pressed"), "free": ~pl.col("pressed"),
+    "all": pl.lit(value=True),
+    "slow": ~pl.col("fast"),
+    "fast": pl.col("fast"),
+    "at the body": pl.col("at_body"),
+    "further off": ~pl.col("at_body"),
+    "under pressure": pl.col("pressed"),
+    "free": ~pl.col("pressed"),
 }
 
 
@@ -39,8 +44,11 @@ def acts(commands: pl.DataFrame, command: str, in_play: pl.Series) -> pl.DataFra
     Returns:
         Columns team, robot, start_ns, end_ns: the first and the last command's time, both included.
     """
-    given = commands.filter(pl.col("command") == command, pl.col("t_ns").is_in(in_play.implode())).with_columns(
-        pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64)).sort("team", "robot", "t_ns")
+    given = (
+        commands.filter(pl.col("command") == command, pl.col("t_ns").is_in(in_play.implode()))
+        .with_columns(pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64))
+        .sort("team", "robot", "t_ns")
+    )
     late = (pl.col("t_ns").diff() > GAP_NS).fill_null(value=True).over("team", "robot")
     return given.with_columns(act=late.cum_sum().over("team", "robot")).group_by(
         "team", "robot", "act", maintain_order=True,
@@ -54,7 +62,7 @@ def found_as(situations: pl.DataFrame, codes: tuple[int, ...]) -> pl.DataFrame:
 
 
 def named(these: pl.DataFrame, others: pl.DataFrame) -> pl.Series:
-    """Whether each of ``these`` has one of ``others`` of the same robot within ``BESIDE_NS``, bool [rows]."""
+    """Tell which of ``these`` have one of ``others`` of the same robot within ``BESIDE_NS``, bool [rows]."""
     pairs = these.with_row_index("place").join(others, on=["team", "robot"], suffix="_other").filter(
         pl.col("start_ns_other") <= pl.col("end_ns") + BESIDE_NS,
         pl.col("end_ns_other") >= pl.col("start_ns") - BESIDE_NS)
@@ -77,20 +85,45 @@ def with_conditions(these: pl.DataFrame, film: Recording) -> pl.DataFrame:
     fast = fuzzy.crossings(terms[Variable.VELOCITY]["MUCH_FASTER"])[0]
     seen = film.table.filter(~pl.col("suspect")).with_columns(
         pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64), pl.col("x", "y").cast(pl.Float64))
-    ball = seen.filter(pl.col("team") == "ball").sort("t_ns").select("t_ns", bx="x", by="y").with_columns(
-        ball_speed=(pl.col("bx").diff() ** 2 + pl.col("by").diff() ** 2).sqrt() / (pl.col("t_ns").diff() * 1e-9))
+    ball = (
+        seen.filter(pl.col("team") == "ball")
+        .sort("t_ns")
+        .select("t_ns", bx="x", by="y")
+        .with_columns(
+            ball_speed=(pl.col("bx").diff() ** 2 + pl.col("by").diff() ** 2).sqrt()
+            / (pl.col("t_ns").diff() * 1e-9)
+        )
+    )
     away = seen.filter(pl.col("team") != "ball").join(ball, on="t_ns").with_columns(
         distance=((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt())
-    nearest = pl.concat([
-        away.filter(pl.col("team") != team).group_by("t_ns").agg(opponent=pl.col("distance").min()).with_columns(
-            team=pl.lit(team)) for team in ("home", "away")])
+    nearest = pl.concat(
+        [
+            away.filter(pl.col("team") != team)
+            .group_by("t_ns")
+            .agg(opponent=pl.col("distance").min())
+            .with_columns(team=pl.lit(team))
+            for team in ("home", "away")
+        ]
+    )
     before = away.join(nearest, on=["team", "t_ns"], how="left").select(
         "team", "robot", "distance", "opponent", last_ns="t_ns").sort("last_ns")
-    return these.with_row_index("place").with_columns(last_ns=pl.col("end_ns") - 1).sort("last_ns").join_asof(
-        before, on="last_ns", by=["team", "robot"], check_sortedness=False,
-    ).join(ball, left_on="end_ns", right_on="t_ns", how="left").sort("place").select(
-        "team", "robot", "start_ns", "end_ns", fast=pl.col("ball_speed") >= fast,
-        at_body=pl.col("distance") < scales.body, pressed=(pl.col("opponent") < scales.close).fill_null(value=False))
+    return (
+        these.with_row_index("place")
+        .with_columns(last_ns=pl.col("end_ns") - 1)
+        .sort("last_ns")
+        .join_asof(before, on="last_ns", by=["team", "robot"], check_sortedness=False)
+        .join(ball, left_on="end_ns", right_on="t_ns", how="left")
+        .sort("place")
+        .select(
+            "team",
+            "robot",
+            "start_ns",
+            "end_ns",
+            fast=pl.col("ball_speed") >= fast,
+            at_body=pl.col("distance") < scales.body,
+            pressed=(pl.col("opponent") < scales.close).fill_null(value=False),
+        )
+    )
 
 
 def judged(situations: pl.DataFrame, film: Recording) -> pl.DataFrame:

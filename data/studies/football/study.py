@@ -1,19 +1,19 @@
 """Football's situations, touches and possession beside those of the provider.
 
-``PYTHONPATH=tests python -m studies.football data/studies/football [RECORDINGS]`` (three minutes). SkillCorner's
-match is read where kloppy's wheel has installed it, and nothing of it is copied: the tables have counts only. In its
-raw file a frame's ``possession`` has a group, the team that has the ball, and a trackable object, the player. kloppy
-passes on the first of the two.
+``make football`` (three minutes; RECORDINGS is a folder of further recordings). SkillCorner's
+match is read where kloppy's wheel has installed it, and nothing of it is copied: the tables have counts only.
+In its raw file a frame's ``possession`` has a group, the team that has the ball, and a trackable object, the
+player. kloppy passes on the first of the two.
 
-``possession.csv`` has for each guess how often it names the provider's team, with a 95 % interval by a bootstrap over
-blocks of five minutes, ``confusion.csv`` the counts, ``touches.csv`` the same for players, ``contact.csv`` what
-another contact distance gives, and ``codes.csv`` the spread of situations of every recording.
+``possession.csv`` has for each guess how often it names the provider's team, with a 95 % interval by a
+bootstrap over blocks of five minutes, ``confusion.csv`` the counts, ``touches.csv`` the same for players,
+``contact.csv`` what another contact distance gives, and ``codes.csv`` the spread of situations of every
+recording.
 """
 
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -22,14 +22,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from conftest import RECORDINGS, SAMPLE
-from studies.usual import situations_of
-from support import recordings
-from support.football import FILES, MATCH, whole_match
+from football.skillcorner import FILES, MATCH, whole_match
+from harness import elsewhere, read, recordings
+from usual.study import situations_of
 
 from pitchlore.pipeline.events.control import NOBODY, control
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.situations.usual import recognition
@@ -48,8 +46,12 @@ NONE = -1
 Codes = npt.NDArray[np.int64]
 
 
+#: Team times this and number are a player.
+_TEAM = 1000
+
+
 class Truth(NamedTuple):
-    """What the provider says, by time: team (place in SIDES) and player (team and number in one), NONE without."""
+    """The provider's word, by time: team (place in SIDES), player (team and number in one); NONE without."""
 
     t_ns: Codes
     team: Codes
@@ -60,18 +62,13 @@ def provider(match: MatchLog) -> Truth:
     """The provider's possession at the frames that kloppy reads; frames without a team are left out."""
     meta, raw = (json.loads((FILES / name).read_text()) for name in MATCH)
     sides = {meta["home_team"]["id"]: 0, meta["away_team"]["id"]: 1}
-    who = {p["trackable_object"]: body(sides[p["team_id"]], p["number"]) for p in meta["players"]}
+    who = {p["trackable_object"]: _TEAM * sides[p["team_id"]] + p["number"] for p in meta["players"]}
     frames = [frame for frame in raw if frame["period"] is not None and frame["data"]]
     assert len(frames) == len(match.frames)
     team = [{"home team": 0, "away team": 1}.get(frame["possession"]["group"], NONE) for frame in frames]
     player = [who.get(frame["possession"]["trackable_object"], NONE) for frame in frames]
     known = np.array(team) != NONE
     return Truth(match.frames.t_ns[known], np.array(team)[known], np.array(player)[known])
-
-
-def body(team: int, number: int) -> int:
-    """A player's team and number in one."""
-    return team * 1000 + number
 
 
 class Guess(NamedTuple):
@@ -87,7 +84,7 @@ def ours(bodies: pl.DataFrame, match: MatchLog, t_ns: Codes) -> Guess:
     player = np.full(len(held.team), NONE)
     touching = held.toucher != NOBODY
     contact = held.toucher[touching]
-    player[touching] = body(held.contacts.team[contact], held.contacts.robot[contact])
+    player[touching] = _TEAM * held.contacts.team[contact] + held.contacts.robot[contact]
     return at(held.ball.t_ns, held.team, player, t_ns)
 
 
@@ -97,8 +94,8 @@ def nearest(bodies: pl.DataFrame, t_ns: Codes) -> Guess:
     near = bodies.filter(pl.col("team") != "ball").join(ball, on="t_ns").with_columns(
         d=(pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2,
     ).sort("t_ns", "d").unique("t_ns", keep="first", maintain_order=True)
-    team = np.array([SIDES.index(side) for side in near["team"].cast(pl.String)])
-    return at(near["t_ns"].to_numpy(), team, body(team, near["robot"].to_numpy().astype(np.int64)), t_ns)
+    team: Codes = np.array([SIDES.index(side) for side in near["team"].cast(pl.String)])
+    return at(near["t_ns"].to_numpy(), team, _TEAM * team + near["robot"].to_numpy(), t_ns)
 
 
 def constant(truth: Truth) -> Guess:
@@ -123,7 +120,8 @@ def interval(t_ns: Codes, share: Callable[[Codes], float]) -> tuple[float, float
         share(np.concatenate([rows[i] for i in chance.integers(0, len(rows), len(rows))]))
         for _ in range(ROUNDS)
     ]
-    return tuple(np.nanquantile(found, [0.025, 0.975]).tolist())  # type: ignore[return-value]
+    low, high = np.nanquantile(found, [0.025, 0.975])
+    return float(low), float(high)
 
 
 def agreement(name: str, t_ns: Codes, said: Codes, guess: Codes, own: Codes) -> dict[str, object]:
@@ -160,9 +158,9 @@ def codes(match: MatchLog, folder: Path) -> pl.DataFrame:
         spread("SkillCorner, read as 2D", Kind.SIM2D, situations_of(as_2d)),
         spread("SkillCorner", Kind.HUMAN, situations_of(match)),
     ]
-    for file in (SAMPLE, *(folder / name for name in recordings.ALL if name != recordings.RSIM)):
-        log = read(open_source(file.read_bytes(), file.name))
-        rows.append(spread(file.name.split(".")[0], log.info.pitch.kind, situations_of(log)))
+    for name, path in recordings(folder).items():
+        log = read(path)
+        rows.append(spread(name.split(".")[0], log.info.pitch.kind, situations_of(log)))
     return pl.DataFrame(rows)
 
 
@@ -201,10 +199,9 @@ def main(out: Path, folder: Path) -> None:
         })
     SCALES[Kind.HUMAN] = scales
     tables["contact"], tables["codes"] = pl.DataFrame(rows), codes(match, folder)
-    out.mkdir(parents=True, exist_ok=True)
     for name, table in tables.items():
         table.write_csv(out / f"{name}.csv", float_precision=4)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else RECORDINGS)
+    main(Path(__file__).parent, elsewhere())

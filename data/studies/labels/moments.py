@@ -10,12 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from conftest import SAMPLE
-from support.recordings import ALL, INSPER, RCSS, RSIM, SSL
+from harness import INSPER, RCSS, RSIM, SSL, read
+from harness import recordings as there
 
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.importers import readers
-from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.trajectories.derive import trajectories
 
@@ -64,15 +62,14 @@ class Recording(NamedTuple):
 
 def recording(path: Path) -> Recording:
     """The trajectories of a recording."""
-    log = readers.read(readers.open_source(path.read_bytes(), path.name), TrackingMap())
+    log = read(path)
     table, _ = trajectories(log, TrajectorySettings())
     return Recording(table, log.referee, log.commands, log.info.pitch)
 
 
 def recordings(folder: Path) -> dict[str, Recording]:
     """The recordings of the study that are there, by file name; the sample is part of the project."""
-    paths = {name: SAMPLE if name == RSIM else folder / name for name in ALL}
-    return {name: recording(path) for name, path in paths.items() if path.exists()}
+    return {name: recording(path) for name, path in there(folder).items()}
 
 
 def draw(recorded: dict[str, Recording]) -> pl.DataFrame:

@@ -1,25 +1,21 @@
 """How often each kind of match shows each situation: ``pipeline/situations/usual.json``.
 
-    PYTHONPATH=tests python -m studies.usual pipeline/situations/usual.json [FOLDER]
-
-FOLDER has the recordings that are not part of the project; without it, ``../shared/matches``. Football is the
-match of SkillCorner in kloppy's wheel. The file says how many recordings and robots' seconds each kind has. The
-rate of a kind is the mean of its recordings' rates.
+``make usual-codes`` (two minutes; RECORDINGS is the folder of the recordings that are not part of the
+project). Football is the match of SkillCorner in kloppy's wheel. The file says how many recordings and
+robots' seconds each kind has. The rate of a kind is the mean of its recordings' rates. A kind with a
+recording that is not there stays as it is.
 """
 
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import polars as pl
-from conftest import RECORDINGS, SAMPLE
-from support import recordings
-from support.football import whole_match
+from football.skillcorner import THERE, whole_match
+from harness import ROOT, elsewhere, read, recordings
 
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
 from pitchlore.pipeline.situations.recognise import recognise
@@ -36,25 +32,20 @@ def situations_of(match: MatchLog) -> pl.DataFrame:
 
 def rates_of(situations: pl.DataFrame) -> tuple[dict[int, float], float]:
     """Rate of each code but 194, per robot's second, and the robots' seconds."""
-    seconds = (situations["end_ns"] - situations["start_ns"]).sum() / 1e9
+    seconds = float((situations["end_ns"] - situations["start_ns"]).sum()) / 1e9
     counts = situations.filter(pl.col("code") != MOVES_RANDOMLY).group_by("code").len().sort("code")
     return {int(code): count / seconds for code, count in counts.iter_rows()}, seconds
 
 
-def matches(folder: Path) -> list[MatchLog]:
-    """The recordings: the sample, those of the folder, and football's."""
-    files = [SAMPLE, *(folder / name for name in recordings.ALL if name != recordings.RSIM)]
-    return [*(read(open_source(file.read_bytes(), file.name)) for file in files), whole_match()]
-
-
 def main(out: Path, folder: Path) -> None:
-    """Measure all recordings and write the file."""
-    told: dict[str, dict[str, object]] = {}
-    of_kind: dict[Kind, list[tuple[dict[int, float], float]]] = {}
-    for match in matches(folder):
+    """Measure the recordings that are there, and write the file anew."""
+    told, of_kind = json.loads(out.read_text("utf-8")), dict[Kind, list[tuple[dict[int, float], float]]]()
+    for match in (*map(read, recordings(folder).values()), *([whole_match()] if THERE else [])):
         of_kind.setdefault(match.info.pitch.kind, []).append(rates_of(situations_of(match)))
-    for kind in Kind:
-        found = of_kind[kind]
+    for kind, found in of_kind.items():
+        if len(found) < told[kind.value]["recordings"]:
+            print(f"{kind.value}: stays as it is")
+            continue
         codes = sorted({code for rates, _ in found for code in rates})
         told[kind.value] = {
             "recordings": len(found), "robot_s": round(sum(seconds for _, seconds in found)),
@@ -64,4 +55,4 @@ def main(out: Path, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else RECORDINGS)
+    main(ROOT / "pipeline" / "situations" / "usual.json", elsewhere())

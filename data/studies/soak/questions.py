@@ -1,4 +1,4 @@
-"""What `sql` and a notebook ask without pause, and whether an answer can be true."""
+"""Questions that `sql` and a notebook ask without pause, and whether an answer can be true."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ MADE_FROM: dict[str, tuple[str, ...]] = {
     "goals": ("matches", "situations"),
 }
 #: How many rows of which content each table has of each match, and each version of the knowledge.
-QUESTION = " union all ".join([
-    *(f"select '{name}' as kind, match_id as name, count(*) as many, bit_xor(hash(t))::varchar as content"
-      f" from {name} t group by all" for name in MADE_FROM),
-    "select 'behaviours', version::varchar, count(*), bit_xor(hash(t))::varchar from behaviours t group by all",
-])
+QUESTION = " union all ".join(
+    f"select '{name}' as kind, {key} as name, count(*) as many, bit_xor(hash(t))::varchar as content"  # noqa: S608
+    f" from {name} t group by all"
+    for name, key in (*((name, "match_id") for name in MADE_FROM), ("behaviours", "version::varchar")))
 Row = tuple[str, str, int, str]
 
 #: The notebook: it asks the catalogue as our notebooks do, and prints each answer.
@@ -49,7 +48,7 @@ class Judge:
         self._lock = Lock()
 
     def wrong(self, answer: Iterable[Row]) -> list[str]:
-        """What is wrong with an answer; nothing, if it is of one state that the folder can have had.
+        """Faults of an answer; none, if it is of one state that the folder can have had.
 
         A match's rows are all there and no others; what a table is made from is there with it. A version
         of the knowledge has the rows that it had when it was first seen.

@@ -1,4 +1,14 @@
-"""The soak as a command: ``python -m studies.soak FOLDER SECONDS [SEED]``."""
+"""Everything at once for an hour: recordings, deletions, kills, a full disk, clock steps, questions.
+
+``make soak``, or ``study.py SECONDS [SEED]`` with the tests on Python's path. The hour is one part: a soak
+that was stopped begins anew, because nothing of it can be kept.
+
+league          the data folder, its recordings, and what a quiet run makes of them
+questions       what `sql` and a notebook ask without pause, and whether an answer can be true
+processes       all processes of the soak: found, counted, killed
+clock           a clock that can be stepped under processes that know nothing of it
+actors          what happens to the data folder, each in a thread of its own
+"""
 
 from __future__ import annotations
 
@@ -14,11 +24,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import polars as pl
-from studies.soak.actors import FORBIDDEN, Sample, Soak
-from studies.soak.clock import Clock
-from studies.soak.league import League, contents
-from studies.soak.processes import left
-from studies.soak.questions import Judge
+from soak.actors import FORBIDDEN, Sample, Soak
+from soak.clock import Clock
+from soak.league import League, contents
+from soak.processes import left
+from soak.questions import Judge
 
 #: More processes at once are a finding: all that the actors call, with their servers and readers.
 MOST = 25
@@ -36,30 +46,32 @@ def own_disk() -> Iterator[Path]:
     unshare = shutil.which("unshare")
     if _OWN not in os.environ and unshare:
         trial = [unshare, "--map-root-user", "--mount"]
-        if subprocess.run([*trial, "mount", "-t", "tmpfs", "tmpfs", "/mnt"], capture_output=True, check=False).returncode == 0:
+        mount = [*trial, "mount", "-t", "tmpfs", "tmpfs", "/mnt"]
+        if subprocess.run(mount, capture_output=True, check=False).returncode == 0:  # noqa: S603 (ours)
             os.environ[_OWN] = "1"
-            os.execv(unshare, [*trial, sys.executable, "-m", "studies.soak", *sys.argv[1:]])
+            os.execv(unshare, [*trial, sys.executable, *sys.argv])  # noqa: S606 (this process in a namespace)
     folder = Path(tempfile.mkdtemp(prefix="pitchlore-soak-"))
     if _OWN in os.environ:
-        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={DISK_MIB}m", "tmpfs", str(folder)], check=True)
+        mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK_MIB}m", "tmpfs", str(folder)]
+        subprocess.run(mount, check=True)  # noqa: S603 (ours)
     try:
         yield folder
     finally:
         if _OWN in os.environ:
-            subprocess.run(["umount", "--lazy", str(folder)], check=True)
+            subprocess.run(["umount", "--lazy", str(folder)], check=True)  # noqa: S603, S607 (ours)
         shutil.rmtree(folder)
 
 
 def growth(samples: pl.DataFrame) -> dict[str, list[float]]:
     """Mean of the first and of the last quarter, and the maximum, of what the processes took."""
     part = max(1, samples.height // 4)
-    return {name: [round(float(found), 1) for found in (column[:part].mean(), column[-part:].mean(), column.max())]
-            for name, column in samples.drop("second").to_dict().items()}
+    columns = {name: column.to_numpy() for name, column in samples.drop("second").to_dict().items()}
+    return {name: [round(float(found), 1) for found in (of[:part].mean(), of[-part:].mean(), of.max())]
+            for name, of in columns.items()}
 
 
 def main(root: Path, out: Path, seconds: float, seed: int) -> int:
     """Soak a data folder below ``root``. Returns the number of findings."""
-    out.mkdir(parents=True, exist_ok=True)
     clock = Clock(root)
     league = League(root, clock.environment)
     quiet = root / "quiet"
@@ -90,15 +102,20 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
 
     samples = pl.DataFrame(soak.samples, schema=list(Sample._fields), orient="row")
     samples.write_csv(out / "samples.csv")
-    most = int(samples["processes"].max())
+    most = max(sample.processes for sample in soak.samples)
     if most > MOST:
         soak.find(f"{most} processes at once")
     figures = {
-        "seconds": seconds, "seed": seed, "own disk": _OWN in os.environ, "clock": bool(clock.environment),
+        "seconds": seconds,
+        "seed": seed,
+        "own disk": _OWN in os.environ,
+        "clock": bool(clock.environment),
         "counts": dict(sorted(soak.counts.items())),
         "first quarter, last quarter, most": growth(samples),
-        "files compared with a quiet run's": len(expected), "of these different": len(different),
-        "verify": verified.stdout.strip().splitlines()[-1:], "settled in seconds": round(time.monotonic() - begun),
+        "files compared with a quiet run's": len(expected),
+        "of these different": len(different),
+        "verify": verified.stdout.strip().splitlines()[-1:],
+        "settled in seconds": round(time.monotonic() - begun),
         "findings": soak.findings,
     }
     (out / "figures.json").write_text(json.dumps(figures, indent=1, ensure_ascii=False) + "\n")
@@ -108,5 +125,7 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
 
 if __name__ == "__main__":
     with own_disk() as disk:
-        found = main(disk, Path(sys.argv[1]).resolve(), float(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1)
+        found = main(
+            disk, Path(__file__).parent.resolve(), float(sys.argv[1]), int((sys.argv[2:] or ["1"])[0])
+        )
     sys.exit(min(1, found))

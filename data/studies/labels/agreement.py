@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
-from studies.labels.moments import SEED
+from labels.moments import SEED
 
 #: Columns by which labels and answers of a robot at a moment meet.
 ROW = ("moment", "team", "robot")
@@ -21,7 +21,7 @@ _DRAWS = 2_000
 def answers(
     moments: pl.DataFrame, tables: dict[str, pl.DataFrame], situations: dict[str, pl.DataFrame]
 ) -> pl.DataFrame:
-    """What the recogniser says of each robot at each moment of the recordings that are given.
+    """The recogniser's answer for each robot at each moment of the recordings that are given.
 
     Args:
         moments: columns moment, recording, t_ns.
@@ -44,12 +44,15 @@ def answers(
         codes = near.group_by(ROW).agg(near_now=pl.col("code").unique().sort().cast(pl.String).str.join(" "))
         parts.append(there.select(ROW).join(said.select(*ROW, now="code"), on=ROW, how="left").join(
             codes, on=ROW, how="left"))
-    return pl.concat(parts).with_columns(pl.col("now").fill_null(NONE), pl.col("near_now").fill_null("")).sort(
-        "moment", "team", "robot", descending=[False, True, False])
+    return (
+        pl.concat(parts)
+        .with_columns(pl.col("now").fill_null(NONE), pl.col("near_now").fill_null(""))
+        .sort("moment", "team", "robot", descending=[False, True, False])
+    )
 
 
 def read_labels(folder: Path) -> pl.DataFrame:
-    """Both labellers' labels: columns of ROW, and code and also of each, as ``a``, ``a_also``, ``b``, ``b_also``."""
+    """Both labellers' labels: columns of ROW, ``a`` and ``b`` (their codes), ``a_also``, ``b_also``."""
     both = [
         pl.read_csv(folder / f"labels-{who}.csv", schema_overrides={"also": pl.String})
         .select(*ROW, pl.col("code").alias(who), pl.col("also").fill_null("").alias(f"{who}_also"))
@@ -67,11 +70,11 @@ def agreement(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -
         moments: columns moment, league, use.
 
     Returns:
-        Columns league (also "all"), use, robots; both (the labellers with each other) and kappa (Cohen's). For
-        before and now: the recogniser with a labeller, in the mean over the two; kappa_…, in the same mean;
-        …_loosely, where a code in ``also`` counts too. random_…: the share of 194 among the robots of which
-        labeller a or b, or the recogniser, does not say that they stand. …_low and …_high: 95 % intervals of
-        both, before and now, by bootstrap over moments.
+        Columns league (also "all"), use, robots; both (the labellers with each other) and kappa (Cohen's).
+        For before and now: the recogniser with a labeller, in the mean over the two; kappa_…, in the same
+        mean; …_loosely, where a code in ``also`` counts too. random_…: the share of 194 among the robots of
+        which labeller a or b, or the recogniser, does not say that they stand. …_low and …_high: 95 %
+        intervals of both, before and now, by bootstrap over moments.
     """
     rows = labels.join(said, on=ROW).join(moments.select("moment", "league", "use"), on="moment")
     agrees = {
@@ -82,19 +85,51 @@ def agreement(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -
     by = everywhere.group_by("league", "use").agg(
         pl.len().alias("robots"),
         *(agrees[name].mean().alias(name) for name in agrees),
-        *(_interval(agrees[name]).struct.rename_fields([f"{name}_low", f"{name}_high"]).alias(f"{name}_interval")
-          for name in agrees),
+        *(
+            _interval(agrees[name])
+            .struct.rename_fields([f"{name}_low", f"{name}_high"])
+            .alias(f"{name}_interval")
+            for name in agrees
+        ),
         kappa=_kappa("a", "b"),
-        **{f"kappa_{when}": pl.mean_horizontal(_kappa("a", when), _kappa("b", when)) for when in ("before", "now")},
-        **{f"{when}_loosely": pl.mean_horizontal(_in_also(when, "a").mean(), _in_also(when, "b").mean())
-           for when in ("before", "now")},
+        **{
+            f"kappa_{when}": pl.mean_horizontal(_kappa("a", when), _kappa("b", when))
+            for when in ("before", "now")
+        },
+        **{
+            f"{when}_loosely": pl.mean_horizontal(_in_also(when, "a").mean(), _in_also(when, "b").mean())
+            for when in ("before", "now")
+        },
         **{f"random_{when}": _random(when) for when in ("a", "b", "before", "now")},
     )
-    return by.unnest([f"{name}_interval" for name in agrees]).select(
-        "league", "use", "robots", "both", "both_low", "both_high", "kappa", "before", "before_low", "before_high",
-        "now", "now_low", "now_high", "kappa_before", "kappa_now", "before_loosely", "now_loosely",
-        "random_a", "random_b", "random_before", "random_now",
-    ).sort("use", "league").with_columns(pl.selectors.float().round(3))
+    return (
+        by.unnest([f"{name}_interval" for name in agrees])
+        .select(
+            "league",
+            "use",
+            "robots",
+            "both",
+            "both_low",
+            "both_high",
+            "kappa",
+            "before",
+            "before_low",
+            "before_high",
+            "now",
+            "now_low",
+            "now_high",
+            "kappa_before",
+            "kappa_now",
+            "before_loosely",
+            "now_loosely",
+            "random_a",
+            "random_b",
+            "random_before",
+            "random_now",
+        )
+        .sort("use", "league")
+        .with_columns(pl.selectors.float().round(3))
+    )
 
 
 def _interval(agrees: pl.Expr) -> pl.Expr:
@@ -125,11 +160,11 @@ def kappa(a: pl.Series, b: pl.Series) -> float:
     """Cohen's kappa: agreement above that of labels in random order, as a share of what is left above it."""
     shares = {code: count / len(b) for code, count in b.value_counts().rows()}
     chance = sum(count / len(a) * shares.get(code, 0.0) for code, count in a.value_counts().rows())
-    return (float((a == b).mean()) - chance) / (1 - chance) if chance < 1 else float("nan")
+    return (float((a == b).to_numpy().mean()) - chance) / (1 - chance) if chance < 1 else float("nan")
 
 
 def _in_also(when: str, who: str) -> pl.Expr:
-    """Whether a labeller gives the recogniser's code, first or among the others."""
+    """Tell whether a labeller gives the recogniser's code, first or among the others."""
     others = pl.col(f"{who}_also").str.split(" ")
     return (pl.col(when) == pl.col(who)) | others.list.contains(pl.col(when).cast(pl.String))
 

@@ -1,29 +1,28 @@
-"""What a run costs as the league grows: seconds of CPU and of the clock, memory, tasks, files.
+"""Cost of a run as the league grows: seconds of CPU and of the clock, memory, tasks, files.
 
-``PYTHONPATH=tests python -m studies.scale data/studies/scale/scale.csv [10 100 1000]``
-
-For each number of matches of one minute, in a data folder of its own with a Prefect home of its own: play them
-(`record`), bring everything up to date from nothing (`run`), again with nothing new, again with one more
-match, the same with a Prefect server that stays, and ask four questions. All processes of a command count.
-Rows are appended as they are measured.
+``make bench-scale`` (an hour; what was stopped goes on after the last size that had ended), or ``study.py 10
+100`` for other sizes. For each number of matches of one minute, in a data folder of its own with a Prefect
+home of its own: play them (`record`), bring everything up to date from nothing (`run`), again with nothing
+new, again with one more match, the same with a Prefect server that stays, and ask four questions. All
+processes of a command count. ``scale.csv`` grows with each size.
 """
 
 from __future__ import annotations
 
 import os
-import shutil
 import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 from typing import NamedTuple
 
 import polars as pl
+from harness import going_on
 
 SIZES = (10, 100, 1_000)
 #: README's question, and three of docs/how-to/sql.md's kinds: over situations, over samples, over matches.
@@ -33,13 +32,14 @@ QUESTIONS = {
             and g.team = s.team and g.t_ns - s.start_ns between 0 and 5e9))::int) as goal_within_5s
         from situations s where code in (21, 44, 47) group by all order by name, team""",
     "situations by name": "select name, count(*) as n from situations group by all order by n desc",
-    "mean speed": "select role, avg(sqrt(vx*vx + vy*vy)) as speed from trajectories group by all order by all",
+    "mean speed": """
+        select role, avg(sqrt(vx*vx + vy*vy)) as speed from trajectories group by all order by all""",
     "results": "select home, away, avg(score_home - score_away) as lead from matches group by all",
 }
 
 
 class Cost(NamedTuple):
-    """What a command cost.
+    """Cost of a command.
 
     Attributes:
         matches: in the league.
@@ -83,8 +83,9 @@ class Bench:
         Raises:
             CalledProcessError: if it fails.
         """
-        command = [str(Path(sys.executable).with_name("pitchlore")), *map(str, words), "--data", str(self.data)]
-        return subprocess.run(command, env=self.environment, check=True, capture_output=True, text=True)
+        command = [Path(sys.executable).with_name("pitchlore"), *map(str, words), "--data", self.data]
+        return subprocess.run(  # noqa: S603 (our own)
+            command, env=self.environment, check=True, capture_output=True, text=True)
 
     def cost(self, matches: int, what: str, *words: object) -> Cost:
         """Run a command, and measure it."""
@@ -92,12 +93,22 @@ class Bench:
         with _peak() as peak:
             self.call(*words)
         wall = time.monotonic() - begun
-        return Cost(matches, what, round(wall, 2), round(_cpu() - before, 2), round(peak[0], 1), round(peak[1], 1),
-                    self._tasks() - tasks, round(self._database() / (1 << 20), 1),
-                    sum(1 for path in self.data.rglob("*") if path.is_file()))
+        return Cost(
+            matches,
+            what,
+            round(wall, 2),
+            round(_cpu() - before, 2),
+            round(peak[0], 1),
+            round(peak[1], 1),
+            self._tasks() - tasks,
+            round(self._database() / (1 << 20), 1),
+            sum(1 for path in self.data.rglob("*") if path.is_file()),
+        )
 
     def _databases(self) -> list[Path]:
-        return [path for path in (self.home / "prefect.db", self.data / "server" / "prefect.db") if path.exists()]
+        return [
+            path for path in (self.home / "prefect.db", self.data / "server" / "prefect.db") if path.exists()
+        ]
 
     def _database(self) -> int:
         return sum(path.stat().st_size for path in self._databases())
@@ -150,41 +161,39 @@ def _shares() -> list[float]:
         if above == own:
             with suppress(OSError):
                 said = Path(f"/proc/{process}/smaps_rollup").read_text()
-                found += [int(line.split()[1]) / 1024 for line in said.splitlines() if line.startswith("Pss:")]
+                found += [
+                    int(line.split()[1]) / 1024 for line in said.splitlines() if line.startswith("Pss:")
+                ]
     return found
 
 
-def measure(matches: int) -> Iterator[Cost]:
-    """What a league of so many matches costs, command by command."""
-    root = Path(tempfile.mkdtemp(prefix="pitchlore-scale-"))
-    bench = Bench(root)
-    playing = ("record", "--away", "human-like", "--minutes", 1)
-    try:
-        yield bench.cost(matches, "record", *playing, "--matches", matches)
-        yield bench.cost(matches, "run from nothing", "run")
-        yield bench.cost(matches, "nothing new", "run")
+def measure(matches: int) -> list[Cost]:
+    """The costs of a league of so many matches, command by command."""
+    with tempfile.TemporaryDirectory(prefix="pitchlore-scale-") as root:
+        bench, playing = Bench(Path(root)), ("record", "--away", "human-like", "--minutes", 1)
+        found = [bench.cost(matches, "record", *playing, "--matches", matches),
+                 bench.cost(matches, "run from nothing", "run"), bench.cost(matches, "nothing new", "run")]
         bench.call(*playing, "--seed", 1_000_001)
-        yield bench.cost(matches + 1, "one more", "run")
+        found.append(bench.cost(matches + 1, "one more", "run"))
         bench.call("server", "start")
-        bench.call(*playing, "--seed", 1_000_002)
-        yield bench.cost(matches + 2, "one more, with a server", "run")
-        bench.call("server", "stop")
-        for what, sql in QUESTIONS.items():
-            yield bench.cost(matches + 2, f"sql: {what}", "sql", sql, "--csv")
-    finally:
-        shutil.rmtree(root)
+        try:
+            bench.call(*playing, "--seed", 1_000_002)
+            found.append(bench.cost(matches + 2, "one more, with a server", "run"))
+        finally:
+            bench.call("server", "stop")
+        return found + [
+            bench.cost(matches + 2, f"sql: {what}", "sql", sql, "--csv") for what, sql in QUESTIONS.items()
+        ]
 
 
-def main(out: Path, sizes: list[int]) -> None:
+def main(out: Path, sizes: Sequence[int] = SIZES) -> None:
     """Measure, and write the table as it grows."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    rows: list[Cost] = []
-    for matches in sizes:
-        for cost in measure(matches):
-            print(cost, flush=True)
-            rows.append(cost)
-            pl.DataFrame(rows, schema=list(Cost._fields), orient="row").write_csv(out)
+    with going_on(out, __file__) as parts:
+        for ended in range(1, len(sizes) + 1):
+            rows = [cost for costs in parts(sizes[:ended], measure) for cost in costs]
+            pl.DataFrame(rows, schema=list(Cost._fields), orient="row").write_csv(out / "scale.csv")
+            print(*rows[-8:], sep="\n", flush=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), [int(word) for word in sys.argv[2:]] or list(SIZES))
+    main(Path(__file__).parent, [int(word) for word in sys.argv[1:]] or SIZES)

@@ -1,13 +1,21 @@
-"""The tables of the study, made anew: what the recogniser says now, beside the labels and what it said before."""
+"""People's labels of what is seen on film beside the recogniser's answers, before and now.
+
+``study.py [RECORDINGS]`` (``make study-labels``, half a minute) writes answers.csv, agreement.csv, codes.csv,
+kicks.csv and shares.csv beside moments.csv and the labels. ``study.py sheets FOLDER [RECORDINGS]`` draws the
+pictures for a new labeller: sheets/NNN.png, one a moment, and dials/NNN.png. RECORDINGS is the folder of the
+recordings that are not part of the project; rows about one that is absent are kept.
+"""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import polars as pl
-from studies.labels import agreement, kicks, shares
-from studies.labels.moments import Recording
-from support.recordings import ALL
+from harness import ALL, RECORDINGS
+from labels import agreement, kicks, shares
+from labels.moments import Recording, recordings
+from labels.sheets import pictures
 
 from pitchlore.pipeline.events.derive import events
 from pitchlore.pipeline.settings import EventSettings, SituationSettings
@@ -47,7 +55,9 @@ def agreed(folder: Path) -> dict[str, pl.DataFrame]:
 
 def read_answers(folder: Path) -> pl.DataFrame:
     """The folder's answers: columns of ROW, before, near_before, now, near_now."""
-    return pl.read_csv(folder / "answers.csv", schema_overrides={"near_before": pl.String, "near_now": pl.String})
+    return pl.read_csv(
+        folder / "answers.csv", schema_overrides={"near_before": pl.String, "near_now": pl.String}
+    )
 
 
 def _write_now(path: Path, tables: dict[str, pl.DataFrame]) -> None:
@@ -61,3 +71,18 @@ def _write_now(path: Path, tables: dict[str, pl.DataFrame]) -> None:
     place = {name: place for place, name in enumerate(ALL)}
     pl.concat([old.join(new, on=["recording", "rules"], how="anti"), new]).sort(
         pl.col("recording").replace_strict(place), "rules", maintain_order=True).write_csv(path)
+
+
+def main(words: list[str]) -> None:
+    """Do as the command line says."""
+    here, draws = Path(__file__).parent, words[:1] == ["sheets"]
+    out, *rest = map(Path, words[1:] if draws else [str(here), *words])
+    recorded = recordings(rest[0] if rest else RECORDINGS)
+    if draws:
+        pictures(out, here, recorded)
+    else:
+        study(out, recorded)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,24 +1,24 @@
-"""What grows with the number of matches: files, receipts, the catalogue, grams, the stages of all matches.
+"""Growth with the number of matches: files, receipts, the catalogue, grams, the stages of all matches.
 
-``PYTHONPATH=tests python -m studies.growth data/studies/scale/growth.csv [10 40 160 400]``
-
-For each number of matches of one minute, in a data folder of its own with a Prefect home of its own: play them
-(`record`), bring everything up to date (`run`), then once more with one match on top, and look at what is
-there. ``docs/explanation/scale.md`` is computed from the table.
+``growth.py`` (an hour; what was stopped goes on after the last size that had ended), or ``growth.py 10 40``
+for other sizes. For each number of matches of one minute, in a data folder of its own with a Prefect home of
+its own: play them (`record`), bring everything up to date (`run`), then once more with one match on top, and
+look at what is there. ``docs/explanation/scale.md`` is computed from the table.
 """
 
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
-from studies.scale import Bench, Cost
+from harness import going_on
+from scale.study import Bench, Cost
 
 from pitchlore.pipeline.engine.stage import ALL
 from pitchlore.pipeline.store import Store
@@ -28,11 +28,11 @@ SIZES = (10, 40, 160, 400)
 
 
 class Growth(NamedTuple):
-    """What a league has grown to.
+    """Size of a league.
 
     Attributes:
         matches: in the league.
-        run_cpu_s, run_wall_s, run_peak_mib: of `run` from nothing (:class:`studies.scale.Cost`).
+        run_cpu_s, run_wall_s, run_peak_mib: of `run` from nothing (:class:`scale.study.Cost`).
         run_tasks: Prefect's tasks of it.
         more_cpu_s, more_peak_mib: of `run` with one more match.
         more_read_mib: what its stages read (`pitchlore runs`).
@@ -86,18 +86,15 @@ class Growth(NamedTuple):
 
 
 def measure(matches: int) -> Growth:
-    """What a league of so many matches grows to."""
-    root = Path(tempfile.mkdtemp(prefix="pitchlore-growth-"))
-    bench = Bench(root)
+    """The size of a league of so many matches."""
     playing = ("record", "--away", "human-like", "--minutes", 1)
-    try:
+    with tempfile.TemporaryDirectory(prefix="pitchlore-growth-") as root:
+        bench = Bench(Path(root))
         bench.call(*playing, "--matches", matches - 1)
         begun = bench.cost(matches - 1, "run from nothing", "run")
         bench.call(*playing, "--seed", 1_000_001)
         more = bench.cost(matches, "one more", "run")
         return _look(bench, matches, begun, more)
-    finally:
-        shutil.rmtree(root)
 
 
 def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
@@ -124,7 +121,8 @@ def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
         more_cpu_s=more.cpu_s, more_peak_mib=more.peak_mib, more_read_mib=_mib(last["cost"]["bytes_in"]),
         behaviours_s=seconds["behaviours"], decisions_s=seconds["decisions"], models_s=seconds["models"],
         versions_s=round(seconds["knowledge"] + seconds["policies"], 3),
-        files=len(files), data_mib=_mib(sum(files.values())), most_in_a_folder=int(folders["count"].max()),
+        files=len(files), data_mib=_mib(sum(files.values())),
+        most_in_a_folder=max(folders["count"].to_list()),
         receipts=len(receipts), receipts_mib=_mib(sum(receipts.values())),
         largest_receipt_mib=_mib(max(receipts.values())),
         memo_mib=_mib(files[bench.data / ".done.json"]), catalogue_mib=_mib(size),
@@ -147,15 +145,14 @@ def _mib(size: int) -> float:
     return round(size / (1 << 20), 3)
 
 
-def main(out: Path, sizes: list[int]) -> None:
+def main(out: Path, sizes: Sequence[int] = SIZES) -> None:
     """Measure, and write the table as it grows."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for matches in sizes:
-        rows.append(measure(matches))
-        print(rows[-1], flush=True)
-        pl.DataFrame(rows, schema=list(Growth._fields), orient="row").write_csv(out)
+    with going_on(out, __file__) as parts:
+        for ended in range(1, len(sizes) + 1):
+            rows = parts(sizes[:ended], measure)
+            pl.DataFrame(rows, schema=list(Growth._fields), orient="row").write_csv(out / "growth.csv")
+            print(rows[-1], flush=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), [int(word) for word in sys.argv[2:]] or list(SIZES))
+    main(Path(__file__).parent, [int(word) for word in sys.argv[1:]] or SIZES)

@@ -1,36 +1,32 @@
 """Goals found from the ball, beside those of matches whose score is known.
 
-``PYTHONPATH=tests python -m studies.ball_goals data/studies/ball_goals [RECORDINGS]`` (ten minutes). Recorded
-matches and matches that are played here are read, and nothing but the ball is kept: as it was recorded, with the
-noise of a camera, at ten samples a second, hidden in the goals, in play only, on a pitch whose length is mistaken,
-and without the kick-offs. In the control everything from a goal to its restart is cut out, so that no goal is left. A goal is found if one of the same
-end is found within :data:`NEAR_S` of it. RECORDINGS are read there and not copied; those that are absent are left
-out.
+``make ball-goals`` (ten minutes; what was stopped goes on). Recorded
+matches and matches that are played here are read, and nothing but the ball is kept: as it was recorded, with
+the noise of a camera, at ten samples a second, hidden in the goals, in play only, on a pitch whose length is
+mistaken, and without the kick-offs. In the control everything from a goal to its restart is cut out, so that
+no goal is left. A goal is found if one of the same end is found within :data:`NEAR_S` of it. RECORDINGS are
+read there and not copied; those that are absent are left out.
 
-``found.csv`` has recall and precision of each kind of match and of ball, at the default confidence. ``kinds.csv`` has
-for each kind of finding the share that were goals, over all but the control; ``ball_goals.CONFIDENCE`` is made of
-it.
+``found.csv`` has recall and precision of each kind of match and of ball, at the default confidence.
+``kinds.csv`` has for each kind of finding the share that were goals, over all but the control;
+``ball_goals.CONFIDENCE`` is made of it.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import sys
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from conftest import SAMPLE
-from support.played import logged
-from support.recordings import INSPER, RCSS, SSL
+from harness import INSPER, RCSS, RSIM, SSL, elsewhere, going_on, logged, read, recordings, workers
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.ball_goals import Ball, ball_goals
 from pitchlore.pipeline.importers.tracking.mapping import GoalFinding
 from pitchlore.pipeline.matches.frame import MatchLog, home_attacks
@@ -39,10 +35,13 @@ PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),
     ("random", "random"),
 )
-SEEDS = range(900_001, 900_005)
+SEEDS, SECONDS = range(900_001, 900_005), 480.0
+#: The recordings in words.
+GAMES = {RSIM: "rc-robosim VSSS", RCSS: "rcssserver 2D", INSPER: "Insper 2D", SSL: "RoboCup SSL 2025"}
 #: Greatest time between a goal and its finding, s.
 NEAR_S = 2.0
-#: Standard deviation of the noise, as a share of the pitch's length (4.5 mm on a VSSS pitch), and samples a second.
+#: Standard deviation of the noise, as a share of the pitch's length (4.5 mm on a VSSS pitch), and samples a
+#: second.
 NOISE, SLOW_HZ = 0.003, 10
 #: How many times longer than the pitch the places are, where its length is mistaken.
 LONGER = 1.04
@@ -65,7 +64,7 @@ class Known(NamedTuple):
 
 
 def known(log: MatchLog) -> Known:
-    """What a match tells of the ball and of its goals."""
+    """A match's word on the ball and on its goals."""
     frames = log.frames
     x, y = (frames.ball[axis].astype(np.float64) for axis in ("x", "y"))
     order = np.argsort(frames.t_ns, kind="stable")
@@ -74,7 +73,9 @@ def known(log: MatchLog) -> Known:
     ball = Ball(frames.t_ns[order], x[order], y[order], np.zeros(len(order), dtype=np.bool_))
     told = log.referee.filter(pl.col("event") == "goal").drop_nulls("team")
     signs = home_attacks(log.info.periods, told["t_ns"].to_numpy())
-    ends = [int(sign) if team == "home" else -int(sign) for sign, team in zip(signs, told["team"], strict=True)]
+    ends = [
+        int(sign) if team == "home" else -int(sign) for sign, team in zip(signs, told["team"], strict=True)
+    ]
     goals = list(zip(told["t_ns"].to_list(), ends, strict=True))
     restarts = log.referee.filter(pl.col("event").is_in(["kick-off", "end"]))["t_ns"].to_numpy()
     last = int(frames.t_ns.max()) + 1
@@ -97,7 +98,7 @@ def _slow(match: Known) -> Ball:
 
 
 def _between(match: Known, before_s: float, after_s: float) -> np.ndarray:
-    """Whether a sample is between a goal and its restart, bool [S]; the ends are moved by so much."""
+    """Tell whether a sample is between a goal and its restart, bool [S]; the ends are moved by so much."""
     t_ns = match.ball.t_ns
     inside = np.zeros(len(t_ns), dtype=np.bool_)
     for start, end in match.spans:
@@ -144,15 +145,17 @@ def findings(game: str, log: MatchLog) -> Iterator[dict[str, object]]:
             yield about | {"crossing": None, "sequel": None, "confidence": None, "goal": True, "found": False}
 
 
-def played(home: TeamKind, away: TeamKind, seed: int) -> list[dict[str, object]]:
-    """The findings of a match that is played here."""
-    recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed)
+def played(job: tuple[TeamKind, TeamKind, int]) -> list[dict[str, object]]:
+    """The findings of a match that is played here: home, away, seed."""
+    home, away, seed = job
+    recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+                    referee=RefereeSettings(duration_s=SECONDS))
     return list(findings("played here", matches.read(logged(recipe), where=recipe.match_id)))
 
 
-def recorded(path: Path, game: str) -> list[dict[str, object]]:
+def recorded(path: str) -> list[dict[str, object]]:
     """The findings of a recording."""
-    return list(findings(game, readers.read(readers.open_source(path.read_bytes(), path.name))))
+    return list(findings(GAMES[Path(path).name], read(Path(path))))
 
 
 def summary(rows: pl.DataFrame) -> pl.DataFrame:
@@ -160,11 +163,18 @@ def summary(rows: pl.DataFrame) -> pl.DataFrame:
     sure = pl.col("found") & (pl.col("confidence") >= GoalFinding().confidence)
     right = (sure & pl.col("goal")).sum()
     missed = (~pl.col("found") & pl.col("goal")).sum()
-    return rows.group_by("game", "seen", maintain_order=True).agg(
-        pl.col("match").n_unique().alias("matches"), (right + missed).alias("goals"), sure.sum().alias("found"),
-        right.alias("right"), (right / (right + missed)).round(4).alias("recall"),
-        (right / sure.sum()).round(4).alias("precision"),
-    ).with_columns(pl.col("recall", "precision").fill_nan(None))
+    return (
+        rows.group_by("game", "seen", maintain_order=True)
+        .agg(
+            pl.col("match").n_unique().alias("matches"),
+            (right + missed).alias("goals"),
+            sure.sum().alias("found"),
+            right.alias("right"),
+            (right / (right + missed)).round(4).alias("recall"),
+            (right / sure.sum()).round(4).alias("precision"),
+        )
+        .with_columns(pl.col("recall", "precision").fill_nan(None))
+    )
 
 
 def kinds(rows: pl.DataFrame) -> pl.DataFrame:
@@ -176,23 +186,18 @@ def kinds(rows: pl.DataFrame) -> pl.DataFrame:
     ).sort("crossing", "sequel")
 
 
-def main() -> None:
+def main(out: Path, folder: Path, seeds: Sequence[int] = SEEDS) -> None:
     """Write both tables."""
-    out, *folder = map(Path, sys.argv[1:])
-    rows = recorded(SAMPLE, "rc-robosim VSSS")
-    others = {RCSS: "rcssserver 2D", INSPER: "Insper 2D", SSL: "RoboCup SSL 2025"}
-    for name, game in others.items():
-        path = (folder[0] if folder else SAMPLE.parents[3] / "shared" / "matches") / name
-        rows += recorded(path, game) if path.exists() else []
-    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
-        work = [pool.submit(played, home, away, seed) for home, away in PAIRINGS for seed in SEEDS]
-        for piece in work:
-            rows += piece.result()
-    table = pl.DataFrame(rows, infer_schema_length=None)
-    out.mkdir(parents=True, exist_ok=True)
+    jobs = [(home, away, seed) for home, away in PAIRINGS for seed in seeds]
+    with workers() as pool, going_on(out, __file__) as parts:
+        found = [
+            *parts(map(str, recordings(folder, GAMES).values()), recorded, pool),
+            *parts(jobs, played, pool),
+        ]
+    table = pl.DataFrame([row for match in found for row in match], infer_schema_length=None)
     summary(table).write_csv(out / "found.csv")
     kinds(table).write_csv(out / "kinds.csv")
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(__file__).parent, elsewhere())

@@ -1,1 +1,0 @@
-"""The study of labels: what people saw on film beside what the recogniser says (data/studies/labels)."""
