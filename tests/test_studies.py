@@ -60,7 +60,7 @@ class TestParts:
         assert not kept.exists()
 
     def test_of_other_software(self, tmp_path, monkeypatch):
-        """What other software has made is made again."""
+        """Parts that other software has made are made again."""
         stopped = harness.going_on(tmp_path, __file__)
         assert stopped.__enter__()([1], lambda _: "old") == ["old"]
         monkeypatch.setattr(harness, "software", lambda: "other")

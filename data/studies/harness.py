@@ -39,6 +39,8 @@ RECORDINGS = ROOT.parent / "shared" / "matches"
 RSIM, SSL = SAMPLE.name, "ssl-2025-robocin-tigers-345s.parquet"
 RCSS, INSPER = "rcssserver-3v3.rcg.gz", "insper-2d-2022-unfinished.rcg.gz"
 ALL = (RSIM, SSL, RCSS, INSPER)
+#: The command line as it is installed.
+PITCHLORE = str(Path(sys.executable).with_name("pitchlore"))
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -50,7 +52,7 @@ def command(*words: object) -> None:
     Raises:
         SystemExit: with what it says, if it fails.
     """
-    called = [str(Path(sys.executable).with_name("pitchlore")), *map(str, words)]
+    called = [PITCHLORE, *map(str, words)]
     done = subprocess.run(called, capture_output=True, text=True, check=False)  # noqa: S603 (our own)
     if done.returncode:
         raise SystemExit(f"{' '.join(called)}: {done.stderr or done.stdout}")

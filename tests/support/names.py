@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-#: Folders from which modules are imported, with what stands before their names.
-ROOTS = ("", "tests")
+#: Folders of modules; the name of one in an outer folder begins below that.
+FOLDERS, OUTER = ("pipeline", "flows", "schemas", "tests", "data/studies"), ("tests", "data/studies")
 
 
 @dataclass
@@ -66,9 +66,9 @@ class Names:
 
     def __init__(self, root: Path) -> None:
         self.modules: dict[str, Module] = {}
-        for folder in ("pipeline", "flows", "schemas", "tests"):
+        for folder in FOLDERS:
             for path in sorted((root / folder).rglob("*.py")):
-                parts = list(path.relative_to(root / ("tests" if folder == "tests" else "")).with_suffix("").parts)
+                parts = list(path.relative_to(root / folder if folder in OUTER else root).with_suffix("").parts)
                 package = parts[:-1]
                 if parts[-1] == "__init__":
                     parts = parts[:-1]

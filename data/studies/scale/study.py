@@ -22,7 +22,7 @@ from threading import Event, Thread
 from typing import NamedTuple
 
 import polars as pl
-from harness import going_on
+from harness import PITCHLORE, going_on
 
 SIZES = (10, 100, 1_000)
 #: README's question, and three of docs/how-to/sql.md's kinds: over situations, over samples, over matches.
@@ -83,9 +83,9 @@ class Bench:
         Raises:
             CalledProcessError: if it fails.
         """
-        command = [Path(sys.executable).with_name("pitchlore"), *map(str, words), "--data", self.data]
+        called = [PITCHLORE, *map(str, words), "--data", str(self.data)]
         return subprocess.run(  # noqa: S603 (our own)
-            command, env=self.environment, check=True, capture_output=True, text=True)
+            called, env=self.environment, check=True, capture_output=True, text=True)
 
     def cost(self, matches: int, what: str, *words: object) -> Cost:
         """Run a command, and measure it."""

@@ -6,12 +6,11 @@ import json
 import os
 import random
 import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import polars as pl
-from harness import SAMPLE
+from harness import PITCHLORE, SAMPLE
 from hostile.make import HOSTILE
 from soak.processes import MARK
 from soak.questions import QUESTION, Row
@@ -88,12 +87,7 @@ class League:
 
     def command(self, *words: object, data: Path | None = None) -> list[str]:
         """A command line."""
-        return [
-            str(Path(sys.executable).with_name("pitchlore")),
-            *map(str, words),
-            "--data",
-            str(data or self.data),
-        ]
+        return [PITCHLORE, *map(str, words), "--data", str(data or self.data)]
 
     def call(self, *words: object, data: Path | None = None) -> subprocess.CompletedProcess[str]:
         """Run a command to its end."""
