@@ -119,7 +119,7 @@ fuzz: $(READY)  ## ten minutes of broken recordings in every format
 soak: $(READY)  ## an hour of everything at once on one data folder (two hours with what follows)
 	PYTHONPATH=tests $(BIN)/python data/studies/soak/study.py 3600
 	PITCHLORE_ROUNDS=50 PITCHLORE_STEPS=1 $(BIN)/python -m pytest --numprocesses auto --dist load --quiet \
-	  tests/test_at_once.py tests/test_buckets.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
+	  tests/test_at_once.py tests/test_buckets*.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
 
 bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (an hour)
 	$(BIN)/python data/studies/scale/study.py

@@ -241,3 +241,9 @@ def finished(tmp_path_factory, clips, prefect_server) -> Path:
 
     data = tmp_path_factory.mktemp("finished") / "data"
     return shutil.copytree(once(tmp_path_factory, "finished-run", make), data)
+
+
+@pytest.fixture
+def copied(finished, tmp_path) -> Path:
+    """A copy of that folder, for a test that changes it."""
+    return shutil.copytree(finished, tmp_path / "data")

@@ -1,0 +1,197 @@
+"""A bucket whose network, names or disk fail: one line, and nothing half done."""
+
+from __future__ import annotations
+
+import errno
+import re
+import sys
+from pathlib import Path
+from pydoc import locate
+
+import pytest
+from support.buckets import CREDENTIALS, FAULTS
+
+pytest.importorskip("obstore", reason="the extra bucket is not installed")
+
+from support.bucket_stores import ROUNDS, brought, made, plain, work
+
+from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.engine.matches import inbox
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.store import Store, buckets, mirrors
+
+pytest_plugins = ["support.bucket_fixtures"]
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def requests(server, recordings, tmp_path_factory) -> int:
+    """The number of requests of a run from nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in {**server.environment, "XDG_CACHE_HOME": str(tmp_path_factory.mktemp("count"))}.items():
+            patch.setenv(name, value)
+        server.mend()
+        brought(Store(Path(server.new())), recordings)
+    return server.asked
+
+
+def test_passing_faults(server, machine, recordings, local, monkeypatch):
+    """Requests that fail once are sent again, those whose answer was lost, too."""
+    monkeypatch.setattr(buckets, "REQUEST_S", 1.0)
+    url = server.new()
+    store = machine(url)
+    server.fault = lambda number: FAULTS[number // 9 % 4] if number % 9 == 0 else None
+    brought(store, recordings)
+    assert server.asked > 9 * len(FAULTS)
+    server.mend()
+    assert plain(server.objects(url)) == local
+    assert verify_all(machine(url, "two")).problems == []
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_outage(server, machine, recordings, local, requests, fault, monkeypatch):
+    """An outage between any two requests is one line; nobody sees half an output; a run again ends it."""
+    for step in range(ROUNDS):
+        begins = 1 + (requests - 2) * (FAULTS.index(fault) + len(FAULTS) * step) // (len(FAULTS) * ROUNDS)
+        url, name = server.new(), f"{step}"
+        server.mend()
+        server.fault = lambda number, begins=begins: fault if number >= begins else None
+        with monkeypatch.context() as impatient:  # what follows may take its time
+            impatient.setattr(buckets, "REQUEST_S", 0.3)
+            impatient.setattr(buckets, "AGAIN_S", 0.2)
+            store = machine(url, name)
+            with pytest.raises(StorageFailed) as failed:
+                brought(store, recordings)
+        assert re.fullmatch(rf"{url}\S*: the bucket cannot be used \((it is too busy|it answers 500|"
+                            r"it does not answer)\)\. Look at its address, .*", str(failed.value))
+        server.mend()
+        witness = machine(url, f"witness-{step}")
+        assert [line for line in verify_all(witness).problems if "match is gone" not in line] == []
+        store = machine(url, name)  # as the next command of the machine finds it
+        mirrors._mirror.cache_clear()
+        brought(store, recordings)
+        assert plain(server.objects(url)) == local, begins
+        assert verify_all(store).problems == []
+
+
+def test_nobody_answers(machine, monkeypatch, call):
+    """A bucket that nobody serves is one line within seconds; so is an unknown one, and one without a name."""
+    monkeypatch.setattr(buckets, "AGAIN_S", 0.2)
+    machine("s3://league/somewhere")
+    said = call("kb", "list", "--data", "s3://no-such-bucket/x")
+    assert said[:2] == (1, "")
+    assert said[2].startswith("pitchlore: s3://no-such-bucket/x: the bucket cannot be used (there is no such bucket).")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    buckets._opened.cache_clear()
+    code, _, err = call("run", "--data", "s3://league/nowhere")
+    assert code == 1
+    assert err.startswith("pitchlore: s3://league/nowhere: the bucket cannot be used (it does not answer).")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("url", ["s3://key:secret@league/x", "s3://league/x?secret=1", "s3:///", "https://league/x",
+                                 "s3://league/../x", "gs://league//x#y"])
+def test_bad_url(call, url):
+    """A URL with credentials or options, or none of a bucket, is refused, and not repeated."""
+    code, _, err = call("kb", "list", "--data", url)
+    assert code == 1
+    assert err.startswith("pitchlore: --data: this URL is not that of a bucket's folder. Name ")
+    assert "secret" not in err
+
+
+@pytest.mark.parametrize("words", [
+    ("import", "s3://league/derby.csv"), ("import", "https://host/derby.csv"),
+    ("import", "derby.csv", "--map", "s3://league/map.toml"), ("run", "--settings", "gs://league/club.toml"),
+    ("season", "--settings", "s3://league/short.toml"), ("record", "--settings", "s3://league/match.toml"),
+    ("situations", "--plot", "s3://key:secret@league/terms.png"), ("notebooks", "s3://league/notebooks", "--no-open"),
+    ("notebooks", "file:///tmp/notebooks", "--no-open"),
+], ids=" ".join)
+def test_url_of_a_file(call, tmp_path, monkeypatch, words):
+    """Options that name files take no URLs: no folder named ``s3:`` appears, and no secret is repeated."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "derby.csv").write_text("t\n")
+    code, _, err = call(*words, "--data", tmp_path / "league")
+    assert code == 1
+    assert "a URL is no path of this machine. Name a path; of buckets only the data folder and its inbox are read" in err
+    assert "secret" not in err
+    assert [path.name for path in tmp_path.iterdir() if path.name not in ("derby.csv", "league")] == []
+
+
+def test_not_installed(call, monkeypatch):
+    """Without the extra, one line says which."""
+    buckets._opened.cache_clear()
+    monkeypatch.setitem(sys.modules, "obstore.store", None)
+    code, _, err = call("kb", "list", "--data", "s3://league/x")
+    assert (code, err) == (
+        1, "pitchlore: s3://league/x: buckets need the extra bucket. pip install 'pitchlore[bucket]'.\n")
+
+
+@pytest.mark.parametrize("key", ["goals/../../../out.receipt.json", "goals//x.receipt.json"])
+def test_key_that_is_no_path(server, machine, key, tmp_path):
+    """An object that leads out of the folder, or nowhere, is named; nothing of it is written here."""
+    url = server.new()
+    machine(url).commit(work(), made("one"))
+    server.put(url, key, b"{}")
+    with pytest.raises(StorageFailed, match=r"it has an object .*receipt\.json, whose name is no path"):
+        machine(url, "two").catch_up()
+    assert not list(tmp_path.rglob("*x.receipt.json"))
+    assert not list(tmp_path.rglob("*out.receipt.json"))
+
+
+def test_keys_of_others(server, machine):
+    """Objects of any other name, and what consoles put in for a folder, are in nobody's way."""
+    url = server.new()
+    receipt = machine(url).commit(work(), made("one"))
+    for key in ("inbox/", "goals/", "goals", f"goals/{'n' * 300}.receipt.json", "goals/\u00fc ?#%.receipt.json",
+                ".bucket.json", ".bucket.sqlite", "goals/.lock", "catalog.duckdb", "a/" * 200 + "x.receipt.json"):
+        server.put(url, key, b"{}")
+    store = machine(url, "two")
+    store.catch_up()
+    assert list(store.receipts("goals")) == [receipt]
+    assert store.unreadable("goals") == {}
+    assert store.read(receipt, "note") == b"one"
+    assert inbox(store) == []
+
+
+@pytest.mark.parametrize("full", ["os.replace", "pitchlore.pipeline.store.atomic.sync"])
+def test_full_disk_of_the_copy(server, machine, monkeypatch, full):
+    """If the copy's disk is full, one line says so, at any write; the bucket has the old or the new, whole."""
+    url = server.new()
+    store, really = machine(url), locate(full)
+    store.commit(work(), made("before"))
+    for after in range(2):
+        left = [after]
+
+        def refuse(*_: object, left=left, **__: object) -> None:
+            left[0] -= 1
+            if left[0] < 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            really(*_, **__)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(full, refuse)
+            with pytest.raises(StorageFailed, match="No space left on device"):
+                store.commit(work(version=2 + after), made(f"after {after}"))
+        other = machine(url, f"other-{after}")
+        other.catch_up()
+        receipt = other.receipt("goals", "m-1")
+        assert other.read(receipt, "note") in (b"before", b"after 0", b"after 1")
+        store.catch_up()
+        store.commit(work(version=2 + after), made(f"after {after}"))
+        other.catch_up()
+        assert other.read(other.receipt("goals", "m-1"), "note") == f"after {after}".encode()
+
+
+def test_refused(server, machine, monkeypatch):
+    """A bucket that refuses says so, without what it or the environment says of the credentials."""
+    store = machine(server.new())
+    from obstore.exceptions import PermissionDeniedError
+
+    monkeypatch.setattr("obstore.put", lambda *_, **__: (_ for _ in ()).throw(
+        PermissionDeniedError(f"status code: 403 {CREDENTIALS}")))
+    with pytest.raises(StorageFailed) as refused:
+        store.commit(work(), made("one"))
+    assert "it refuses these credentials" in str(refused.value)
+    assert refused.value.__cause__ is None
+    assert refused.value.__context__ is None

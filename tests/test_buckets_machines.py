@@ -1,0 +1,176 @@
+"""Several machines that write outputs to one bucket."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+from support import at_once
+from support.buckets import Served
+from support.google import google
+from support.processes import eventually
+
+pytest.importorskip("obstore", reason="the extra bucket is not installed")
+
+from support.bucket_stores import ROUNDS, between, made, plain, work
+
+from pitchlore.pipeline.base.errors import NotFound, Overtaken
+from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.verify import verify_all
+
+pytest_plugins = ["support.bucket_fixtures"]
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize("moment", ["put_all", "swap"])
+def test_same_work(two, monkeypatch, moment):
+    """The loser of two that commit the same finds the work done."""
+    one, other = two
+    between(monkeypatch, one.mirror, moment, lambda: other.commit(work(), made("same")))
+    assert one.commit(work(), made("same")) == other.receipt("goals", "m-1")
+    assert one.receipt("goals", "m-1") == other.receipt("goals", "m-1")
+
+
+@pytest.mark.parametrize("before", [False, True])
+@pytest.mark.parametrize("moment", ["put_all", "swap"])
+def test_other_work(two, monkeypatch, moment, before, server):
+    """The loser of two that commit something else says so; what the winner wrote is whole, for both."""
+    one, other = two
+    if before:
+        other.commit(work(), made("before"))
+        one.catch_up()
+    between(monkeypatch, one.mirror, moment, lambda: other.commit(work(version=3), made("theirs")))
+    with pytest.raises(Overtaken, match=r"goals/m-1.receipt.json: has been written or removed by another machine"):
+        one.commit(work(version=2), made("ours"))
+    for store in (one, other):
+        assert store.read(store.receipt("goals", "m-1"), "note") == b"theirs"
+    assert one.commit(work(version=2), made("ours")).key == work(version=2).key
+    assert server.asked > 0
+
+
+def test_forgotten_meanwhile(two, monkeypatch):
+    """An output is not made from what another machine has removed."""
+    one, other = two
+    source = other.commit(work("matches"), made("log"))
+    one.catch_up()
+    other.forget("matches", "m-1")
+    with pytest.raises(NotFound, match="matches m-1 has been removed meanwhile"):
+        one.commit(work(), made("of it"), [source])
+    one.catch_up()
+    assert one.receipt("matches", "m-1") is None
+
+
+def test_few_requests(two, server):
+    """A stage made from many outputs asks for all of them at once; `prune` lists each folder once."""
+    one, other = two
+    sources = [other.commit(work("matches", f"m-{number}"), made("log")) for number in range(9)]
+    one.catch_up()
+    server.asked = 0
+    one.commit(work("behaviours", "all"), made("of all"), sources)
+    assert server.asked == 3
+    other.forget("matches", "m-5")
+    with pytest.raises(NotFound, match="matches m-5 has been removed meanwhile"):
+        one.commit(work("behaviours", "all", 2), made("of all"), sources)
+    one.prune("matches")
+    server.asked = 0
+    assert [one.prune(noun) for noun in ("matches", "behaviours", "goals")] == [[], [], []]
+    assert server.asked == 3
+
+
+def test_removed_blob(two):
+    """A file that another machine's `forget` took is written again with the next receipt."""
+    one, other = two
+    one.commit(work(), made("same"))
+    other.catch_up()
+    other.forget("goals", "m-1")
+    one.catch_up()
+    receipt = one.commit(work(), made("same"))
+    other.catch_up()
+    assert other.read(receipt, "note") == b"same"
+
+
+def test_google(machine, tmp_path, monkeypatch):
+    """Google's conditions are on generations: of two machines that write the same object, one does."""
+    with google() as address:
+        account = {"gcs_base_url": address, "disable_oauth": True, "client_email": "", "private_key": "",
+                   "private_key_id": ""}
+        (tmp_path / "account.json").write_text(json.dumps(account))
+        monkeypatch.setenv("GOOGLE_SERVICE_ACCOUNT", str(tmp_path / "account.json"))
+        one, other = (machine("gs://league/google", name) for name in ("one", "two"))
+        other.commit(work(), made("first"))
+        with pytest.raises(Overtaken):
+            one.commit(work(version=2), made("ours"))
+        one.commit(work(version=2), made("ours"))
+        with pytest.raises(Overtaken):
+            other.commit(work(version=3), made("theirs"))
+        for store in (one, other):
+            assert store.read(store.receipt("goals", "m-1"), "note") == b"ours"
+        with one.claim("knowledge") as version:
+            one.commit_version(work("knowledge"), made("known"), version, parent=None)
+        with other.claim("knowledge") as version:
+            assert version == 2
+        other.catch_up()
+        assert other.read(other.manifest("knowledge", 1), "note") == b"known"
+
+
+@contextmanager
+def processes(server: Served, tmp_path: Path, names: tuple[str, ...]) -> Iterator[list[subprocess.Popen[str]]]:
+    """Processes that do what they are told, each with a home of its own."""
+    started = []
+    for name in names:
+        home = tmp_path / name
+        home.mkdir(exist_ok=True)
+        here = {**os.environ, **server.environment, "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache"),
+                "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
+        started.append(subprocess.Popen([sys.executable, "-m", "support.at_once"], env=here, text=True,
+                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE))
+    try:
+        yield started
+    finally:
+        for process in started:
+            process.kill()
+            process.communicate()
+
+
+def tell(process: subprocess.Popen[str], action: str, url: str) -> None:
+    process.stdin.write(f"0 {action} {url}\n")
+    process.stdin.flush()
+
+
+def test_two_processes(server, machine, recordings, local, tmp_path):
+    """Two machines that run at once end in the bytes of one; one that is killed leaves nothing half done."""
+    names = ("ada", "bea")
+    with processes(server, tmp_path, names) as both:
+        assert [process.stdout.readline() for process in both] == ["ready\n"] * 2
+        for _ in range(ROUNDS):
+            url = server.new()
+            import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
+            for process in both:
+                tell(process, "run", url)
+            said = [process.stdout.readline().strip() for process in both]
+            assert "True True" in said
+            assert all(line in ("True True", "False False", "True False", "False True") or "Run again" in line
+                       for line in said), said
+            store = machine(url, "after")
+            store.catch_up()
+            at_once.run(store)
+            assert plain(server.objects(url)) == local
+        url = server.new()
+        import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
+        tell(both[0], "run", url)
+        eventually(lambda: any(key.startswith("situations") for key in server.objects(url)))
+        both[0].send_signal(signal.SIGKILL)
+        both[0].wait()
+    witness = machine(url, "witness")
+    assert verify_all(witness).problems == []
+    at_once.run(witness)
+    assert plain(server.objects(url)) == local

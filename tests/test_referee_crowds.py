@@ -1,0 +1,372 @@
+"""The referee: crowds in a goal area, stalemates there, and how long it remembers them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support import literal_referee
+from support.refereed import ASIDE, EPS, LAWS, RESTARTS, VSSS, calls, first, in_play, scene, score
+
+from pitchlore.pipeline.arena.physics.laws import (
+    FOUL,
+    FREE_BALL,
+    GOAL,
+    GOAL_KICK,
+    HALF,
+    KICK_OFF,
+    PENALTY,
+    PLAY_ON,
+    Marks,
+    RefereeSettings,
+)
+from pitchlore.pipeline.arena.physics.referee import (
+    ATTACKERS,
+    DEFENDERS,
+    NOBODY,
+    REASONS,
+    STUCK,
+    Laws,
+    told,
+    watch,
+)
+from pitchlore.pipeline.game.bodies import BALL, VX, X, Y
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.matches.frame import AWAY, HOME
+
+#: The laws of the first release: only a crowd that lasts is a foul.
+FORGETFUL = Laws.of(VSSS, RefereeSettings(remember_crowds=False), 60.0)
+
+
+# ---- goal areas
+
+IN = (0.7, 0.1)
+
+
+def crowd(end, attackers, defenders, half=0, ball=(0.65, -0.2), speed=1.0):
+    """Robots and the ball in the goal area at one end; the ball is near nobody."""
+    home_attacks_here = (end > 0) == (half == 0)
+    inside, away = (end * IN[0], IN[1]), ASIDE
+    teams = [[inside] * n + [away] * (3 - n) for n in (attackers, defenders)]
+    home, other = teams if home_attacks_here else teams[::-1]
+    return scene(ball=(end * ball[0], ball[1]), speed=speed, home=home, away=other)
+
+
+@pytest.mark.parametrize("half", [0, 1])
+@pytest.mark.parametrize("end", [-1, 1])
+@pytest.mark.parametrize(("attackers", "defenders", "due"), [(2, 1, GOAL_KICK), (1, 2, PENALTY)])
+def test_crowd(half, end, attackers, defenders, due):
+    """Two of a team in a goal area for three seconds are a foul: a goal kick or a penalty."""
+    state = in_play(half)
+    begun = int(state["frame"])
+    bodies = crowd(end, attackers, defenders, half)
+    assert calls([bodies] * 180, state=state) == []
+    assert calls([bodies], state=state) == [(begun + 180, FOUL)]
+    attacker = HOME if (end > 0) == (half == 0) else AWAY
+    assert state["due"] == due
+    assert state["team"] == (attacker if due == PENALTY else 1 - attacker)
+
+
+@pytest.mark.parametrize(
+    "bodies",
+    [
+        crowd(1, 1, 1), crowd(1, 0, 1), crowd(1, 3, 3, ball=(0.60, 0.0)), crowd(1, 3, 3, ball=(0.7, 0.35)),
+        crowd(1, 3, 3, ball=(-0.7, 0.0)), crowd(1, 3, 3, ball=(math.nan, math.nan), speed=math.nan),
+        scene(ball=(0.7, 0.0), home=((0.60, 0.0), (0.7, 0.35), (0.7, 0.0)), away=((0.7, -0.35), (-0.7, 0.0), IN)),
+    ],
+    ids=["one each", "goalkeeper", "ball on the line", "ball beside", "ball elsewhere", "ball unseen",
+         "robots on the lines"],
+)
+def test_no_crowd(bodies):
+    """A crowd needs the ball and two of a team inside the area; on its line is outside."""
+    assert first(bodies, in_play()) is None
+
+
+def test_interrupted_crowd():
+    """A crowd counts anew when the ball or a robot was out for one frame."""
+    both = crowd(1, 2, 0)
+    for out in (crowd(1, 2, 0, ball=(0.59, 0.0)), crowd(1, 1, 0), crowd(-1, 2, 0)):
+        assert calls([both] * 180 + [out] + [both] * 180, FORGETFUL, in_play()) == []
+        assert calls([both] * 180 + [out] + [both] * 181, FORGETFUL, in_play()) == [(362, FOUL)]
+
+
+def test_crowd_after_restart():
+    """A crowd counts anew after the restart."""
+    both = crowd(1, 2, 0)
+    found = calls([both] * (180 + 30 + 182), state=in_play())
+    assert found == [(181, FOUL), (211, GOAL_KICK), (392, FOUL)]
+
+
+def test_two_crowds():
+    """The older of two crowds is whistled, and the attackers' of equally old ones."""
+    for before, due in ((crowd(1, 0, 2), PENALTY), (crowd(1, 2, 0), GOAL_KICK), (crowd(1, 0, 0), GOAL_KICK)):
+        state = in_play()
+        calls([before], state=state)
+        first(crowd(1, 2, 2), state)
+        assert state["due"] == due
+
+
+NEAR, FAR = 0.1125 - EPS, 0.1125 + EPS
+
+
+@pytest.mark.parametrize("end", [-1, 1])
+@pytest.mark.parametrize(
+    ("attacker", "defender", "due"),
+    [(NEAR, NEAR, GOAL_KICK), (NEAR, FAR, PENALTY), (FAR, NEAR, PENALTY), (FAR, FAR, PENALTY)],
+)
+def test_stalemate(end, attacker, defender, due):
+    """A ball stuck in a goal area is a goal kick if both teams are near it, else a penalty."""
+    ball = (end * 0.65, 0.1)
+    near = [[(ball[0], ball[1] + sign * d), ASIDE, ASIDE] for sign, d in ((1, attacker), (-1, defender))]
+    home, away = near if end > 0 else near[::-1]
+    state = in_play()
+    assert first(scene(ball, 0.0, home, away), state) == (301, FOUL)
+    assert state["due"] == due
+    attackers = HOME if end > 0 else AWAY
+    assert state["team"] == (attackers if due == PENALTY else 1 - attackers)
+
+
+@pytest.mark.parametrize(
+    ("off", "attackers", "defenders"), [("penalty", 0, 2), ("goal_kick", 2, 0)], ids=["penalty", "goal kick"]
+)
+def test_switched_off_fouls(off, attackers, defenders):
+    """A foul that is switched off is not called, and its stalemate becomes a free ball."""
+    laws = Laws.of(VSSS, RefereeSettings(**{off: False}), 60.0)
+    assert first(crowd(1, attackers, defenders), in_play(laws=laws), laws) is None
+    assert first(crowd(1, defenders, attackers), in_play(laws=laws), laws) == (181, FOUL)
+    for distance, would in ((NEAR, "goal_kick"), (FAR, "penalty")):
+        at = [(0.65, 0.1 + distance), ASIDE, ASIDE]
+        state = in_play(laws=laws)
+        assert first(scene((0.65, 0.1), 0.0, at, at), state, laws) == (301, FOUL)
+        assert (state["due"] == FREE_BALL) == (would == off)
+
+
+def test_stuck_outside():
+    """A ball stuck outside the goal areas is a free ball, whoever is near."""
+    state = in_play()
+    at = [(0.3, 0.1), ASIDE, ASIDE]
+    assert first(scene((0.3, 0.1), 0.0, at, at), state) == (301, FOUL)
+    assert state["due"] == FREE_BALL
+
+
+def test_goal_mouth():
+    """A ball at rest in the goal mouth is still in the goal area."""
+    state = in_play()
+    assert first(scene(ball=(0.76, 0.0), speed=0.0), state) == (301, FOUL)
+    assert state["due"] == PENALTY
+
+
+# ---- crowds that are remembered: a table of scenes
+
+# Places of the ball, as the team sees it that attacks +x: in the area, out of it, in the goal.
+AREA, OUT, MOUTH, INTO = (0.65, -0.2), (0.55, -0.2), (0.765, 0.0), (0.80, 0.0)
+
+#: Scenes: name; (frames, place of the ball, attackers and defenders in the area); then the last call's restart,
+#: reason, and whether a goal was annulled. All frames but the last are without a call.
+SCENES = (
+    ("goal, nobody too many", [(5, AREA, 1, 1), (1, INTO, 1, 1)], (KICK_OFF, None, False)),
+    ("goal, two attackers", [(5, AREA, 2, 1), (1, INTO, 2, 1)], (GOAL_KICK, ATTACKERS, True)),
+    ("goal, two attackers for one frame", [(1, AREA, 2, 0), (9, AREA, 1, 0), (1, INTO, 1, 0)],
+     (GOAL_KICK, ATTACKERS, True)),
+    ("goal, two attackers while the ball is in the mouth", [(1, MOUTH, 2, 1), (1, INTO, 1, 1)],
+     (GOAL_KICK, ATTACKERS, True)),
+    ("goal, a second attacker arrives with it", [(5, AREA, 1, 1), (1, INTO, 2, 1)], (KICK_OFF, None, False)),
+    ("goal, two defenders", [(5, AREA, 1, 2), (1, INTO, 1, 2)], (KICK_OFF, None, False)),
+    ("goal, both, attackers first", [(3, AREA, 2, 1), (3, AREA, 2, 2), (1, INTO, 2, 2)], (GOAL_KICK, ATTACKERS, True)),
+    ("goal, both, defenders first", [(3, AREA, 1, 2), (3, AREA, 2, 2), (1, INTO, 2, 2)], (PENALTY, DEFENDERS, True)),
+    ("goal, both at once", [(3, AREA, 2, 2), (1, INTO, 2, 2)], (PENALTY, DEFENDERS, True)),
+    ("goal, both, older attackers gone", [(3, AREA, 2, 1), (3, AREA, 1, 2), (1, INTO, 1, 2)],
+     (PENALTY, DEFENDERS, True)),
+    ("goal, both, older defenders gone", [(3, AREA, 1, 2), (3, AREA, 2, 1), (1, INTO, 2, 1)],
+     (GOAL_KICK, ATTACKERS, True)),
+    ("goal, both gone", [(3, AREA, 2, 2), (3, AREA, 1, 1), (1, INTO, 1, 1)], (PENALTY, DEFENDERS, True)),
+    ("goal, attackers gone and back with the ball", [(3, AREA, 2, 2), (3, AREA, 1, 2), (1, INTO, 2, 2)],
+     (PENALTY, DEFENDERS, True)),
+    ("goal in one frame from outside", [(5, OUT, 2, 2), (1, INTO, 2, 2)], (KICK_OFF, None, False)),
+    ("goal, keeper and one defender, straight through", [(1, OUT, 0, 2), (1, INTO, 0, 2)], (KICK_OFF, None, False)),
+    ("left, nobody too many", [(5, AREA, 1, 1), (5, OUT, 1, 1)], None),
+    ("left, two attackers", [(5, AREA, 2, 1), (1, OUT, 2, 1)], (GOAL_KICK, ATTACKERS, False)),
+    ("left, attackers gone before", [(5, AREA, 2, 1), (5, AREA, 0, 1), (1, OUT, 0, 1)], (GOAL_KICK, ATTACKERS, False)),
+    ("left, keeper and one defender", [(5, AREA, 0, 2), (1, OUT, 0, 2)], (PENALTY, DEFENDERS, False)),
+    ("left, defenders gone before", [(5, AREA, 0, 3), (5, AREA, 0, 1), (1, OUT, 0, 1)], (PENALTY, DEFENDERS, False)),
+    ("left, both, attackers first", [(3, AREA, 2, 1), (3, AREA, 2, 2), (1, OUT, 2, 2)], (GOAL_KICK, ATTACKERS, False)),
+    ("left, both, defenders first", [(3, AREA, 1, 2), (3, AREA, 2, 2), (1, OUT, 2, 2)], (PENALTY, DEFENDERS, False)),
+    ("left, both at once", [(3, AREA, 2, 2), (1, OUT, 2, 2)], (PENALTY, DEFENDERS, False)),
+    ("left, too many only after that", [(5, AREA, 1, 1), (5, OUT, 2, 2)], None),
+    ("too many before the ball comes", [(5, OUT, 2, 2), (5, AREA, 1, 1), (5, OUT, 2, 2)], None),
+    ("a stay is forgotten by the next", [(5, AREA, 1, 1), (1, OUT, 1, 1), (5, AREA, 1, 1), (1, INTO, 1, 1)],
+     (KICK_OFF, None, False)),
+    ("too many that last", [(180, AREA, 2, 1), (1, AREA, 2, 1)], (GOAL_KICK, ATTACKERS, False)),
+    ("too many that last, in the goal at last", [(180, AREA, 2, 1), (1, INTO, 2, 1)], (GOAL_KICK, ATTACKERS, True)),
+)
+
+
+def filmed(stretches, end=1, half=0, missing=False, pitch=VSSS):
+    """The frames of a scene on a pitch, at one end; others may have robots that are not seen."""
+    scale = np.array([pitch.length / 1.5, pitch.goal_width / 0.4])
+    overlap = Marks.of(pitch).goal_line + 0.01 * pitch.length
+    for frames, ball, attackers, defenders in stretches:
+        bodies = crowd(end, attackers, defenders, half, ball)
+        bodies[:, [X, Y]] *= scale
+        if ball == INTO:
+            bodies[BALL, X] = end * overlap
+        elif ball == MOUTH:
+            bodies[BALL, X] = end * (Marks.of(pitch).goal_x + Marks.of(pitch).goal_line) / 2
+        if missing:
+            bodies[1:][np.abs(bodies[1:, X]) < 0.5 * pitch.goal_x] = np.nan
+        for _ in range(frames):
+            yield bodies
+
+
+def end_of(stretches, laws=LAWS, end=1, half=0, **options):
+    """The call at the last frame of a scene, and the state after it; frames before it call nothing."""
+    state = in_play(half, laws)
+    *before, last = filmed(stretches, end, half, **options)
+    assert calls(before, laws, state) == []
+    found = calls([last], laws, state)
+    return (found[0][1] if found else PLAY_ON), state
+
+
+every_scene = pytest.mark.parametrize(("stretches", "expected"), [scene[1:] for scene in SCENES], ids=[s[0] for s in SCENES])
+
+
+@every_scene
+@pytest.mark.parametrize("half", [0, 1])
+@pytest.mark.parametrize("end", [-1, 1])
+def test_scene(stretches, expected, half, end):
+    """The call when the ball leaves a goal area or is in the goal, by who was too many, and when."""
+    call, state = end_of(stretches, end=end, half=half)
+    if expected is None:
+        assert call == PLAY_ON
+        return
+    due, reason, annulled = expected
+    attackers = HOME if (end > 0) == (half == 0) else AWAY
+    assert call == (GOAL if reason is None else FOUL)
+    assert state["due"] == due
+    assert state["team"] == (attackers if due == PENALTY else 1 - attackers)
+    assert score(state) == [int(call == GOAL and attackers == team) for team in (HOME, AWAY)]
+    (event,) = told(call, state, LAWS)
+    if reason is None:
+        assert event.event == "goal"
+    else:
+        words = {GOAL_KICK: "goal kick", PENALTY: "penalty"}[due]
+        assert (event.event, event.team) == ("stop", None)
+        assert event.note == f"{words}: {'goal annulled, ' * annulled}{REASONS[reason]}"
+
+
+@every_scene
+@pytest.mark.parametrize("kind", [Kind.SSL, Kind.SIM2D])
+def test_scene_on_other_pitches(stretches, expected, kind):
+    """On other pitches, whose areas are larger, the scenes end alike; so they do if robots are missing."""
+    pitch = PITCHES[kind]
+    for laws, options in ((Laws.of(pitch, RefereeSettings(), 60.0), {"pitch": pitch}), (LAWS, {"missing": True})):
+        call, state = end_of(stretches, laws, **options)
+        assert (call == PLAY_ON) == (expected is None)
+        if expected:
+            assert (state["due"], state["annulled"]) == (expected[0], expected[2])
+
+
+@every_scene
+@pytest.mark.parametrize(("off", "blind"), [("goal_kick", ATTACKERS), ("penalty", DEFENDERS), ("remember_crowds", None)])
+def test_scene_without_a_law(stretches, expected, off, blind):
+    """Without goal kicks attackers are never too many, without penalties defenders; without memory only lasting ones."""
+    laws = Laws.of(VSSS, RefereeSettings(**{off: False}), 60.0)
+    state = in_play(laws=laws)
+    film = list(filmed(stretches))
+    found = calls(film, laws, state)
+    scored = bool(literal_referee.in_goal(film[-1], laws))
+    if off == "remember_crowds":
+        lasting = len(film) > 180 and not scored
+        assert [call for _, call in found] == ([FOUL] if lasting else [GOAL] * scored)
+    elif expected and expected[1] == blind:
+        assert state["due"] != expected[0]
+    assert not (found and state["due"] == {"goal_kick": GOAL_KICK, "penalty": PENALTY}.get(off))
+
+
+@pytest.mark.parametrize("over", [FOUL, GOAL, HALF], ids=["foul", "goal", "half"])
+def test_forgotten_crowd(over):
+    """Memory from before a foul, a goal or half-time is forgotten after it: the next goal counts."""
+    state = in_play()
+    if over == GOAL:
+        calls([crowd(1, 0, 2), scene(ball=INTO)], state=state)
+    else:
+        calls([crowd(1, 2, 2)], state=state)
+        assert state["attackers_seen"] == state["defenders_seen"] == 1
+        if over == FOUL:
+            assert first(crowd(1, 2, 2), state) == (180, FOUL)
+        else:
+            state["frame"] = LAWS.duration // 2
+            assert first(scene(ball=AREA), state) == (1, HALF)
+    if over != HALF:
+        state["frame"] = state["resume"]
+        assert first(scene(ball=AREA), state)[1] in RESTARTS
+    assert state["attackers_seen"] == state["defenders_seen"] == 0
+    assert [call for _, call in calls([scene(ball=AREA), scene(ball=INTO)], state=state)] == [GOAL]
+
+
+def test_unseen_ball():
+    """A ball that is not seen is nowhere: it has left the area."""
+    gone = crowd(1, 2, 0, ball=(math.nan, math.nan), speed=math.nan)
+    assert calls([crowd(1, 2, 0), gone], state=in_play()) == [(2, FOUL)]
+    assert calls([crowd(1, 1, 0), gone], state=in_play()) == []
+
+
+def test_stuck_at_the_area():
+    """A slow ball that rolls into an area, or out of it, counts anew."""
+    inside, outside = scene(ball=(0.61, 0.0), speed=0.05), scene(ball=(0.59, 0.0), speed=0.05)
+    for before, after in ((inside, outside), (outside, inside)):
+        state = in_play()
+        assert calls([before] * 300 + [after] * 300, state=state) == []
+        assert calls([after], state=state) == [(601, FOUL)]
+        assert state["reason"] == STUCK
+
+
+@given(st.integers(0, 2**32), st.integers(1, 4), st.booleans(), st.booleans(), st.booleans(), st.integers(2, 3))
+@settings(max_examples=40, deadline=None)
+def test_literal_referee(seed, robots, remember, penalty, goal_kick, least):
+    """The referee agrees, frame by frame, with one that looks back over the whole stretch of play."""
+    rules = RefereeSettings(duration_s=1000.0, stuck_s=0.2, crowd_s=0.15, pause_s=0.0, crowd=least,
+                            remember_crowds=remember, penalty=penalty, goal_kick=goal_kick)
+    laws = Laws.of(VSSS, rules, 60.0)
+    state, stretch = in_play(laws=laws), []
+    for bodies in strolls(seed, 300, robots):
+        if state["due"] != PLAY_ON:
+            assert calls([bodies], laws, state)[0][1] in RESTARTS
+            stretch = []
+            continue
+        stretch.append(bodies)
+        expected, before = literal_referee.verdict(stretch, 1, laws), score(state)
+        call = watch(bodies, state, laws.limits)
+        if expected is None:
+            assert call == PLAY_ON
+            continue
+        due, end, reason, annulled = expected
+        attackers = {1: HOME, -1: AWAY, 0: NOBODY}[end]
+        assert call == (GOAL if due == KICK_OFF else FOUL)
+        taker = NOBODY if end == 0 else attackers if due == PENALTY else 1 - attackers
+        assert (state["due"], state["team"]) == (due, taker)
+        if call == FOUL:
+            assert (state["reason"], bool(state["annulled"])) == (reason, annulled)
+        assert sum(score(state)) == sum(before) + (call == GOAL)
+
+
+def strolls(seed, frames, robots):
+    """Bodies that come and go at the goal areas' edges, the ball slow or fast, now and then unseen."""
+    rng = np.random.default_rng(seed)
+    bodies = np.zeros((1 + 2 * robots, 6))
+    end = 1
+    for _ in range(frames):
+        if rng.random() < 0.02:
+            end = -end
+        moved = rng.random(1 + 2 * robots) < 0.15
+        moved[BALL] = rng.random() < 0.25
+        bodies[moved, X] = end * rng.choice([0.55, 0.65, 0.65, 0.76, 0.80], size=moved.sum())
+        bodies[moved, Y] = rng.choice([-0.3, 0.0, 0.15, 0.4], size=moved.sum(), p=[0.3, 0.3, 0.3, 0.1])
+        bodies[BALL, VX] = rng.choice([0.0, 0.1, 1.0], p=[0.6, 0.2, 0.2])
+        shown = bodies.copy()
+        if rng.random() < 0.02:
+            shown[rng.integers(len(shown))] = np.nan
+        yield shown
