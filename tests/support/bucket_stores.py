@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from support import at_once
 
 from pitchlore.pipeline.engine.matches import Recording, import_recording
