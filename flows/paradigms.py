@@ -1,14 +1,14 @@
-"""Flow of the noun paradigms: one task for each sweep of curves, then one report for each figure."""
+"""The noun paradigms: a piece of work for each sweep of curves, then a report for each figure."""
 
 from pathlib import Path
 
-from pitchlore.flows.jobs import run_pieces
-from pitchlore.flows.tasks import conclude, data_folder, our_flow
 from pitchlore.pipeline.engine import paradigms
 from pitchlore.pipeline.engine.paradigms import NOUN, FigureReport, report_work, reports, sweep_work
 from pitchlore.pipeline.engine.placement.crew import crew
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.run import concluded, suspecting
+from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.paradigms.experiments import Design, Sweep, sweeps
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.plots.paradigms import pictures
@@ -24,12 +24,11 @@ def make_report(data: Path, report: FigureReport) -> None:
     paradigms.make_report(Store(data), report, pictures)
 
 
-@our_flow(name="paradigms")
-def paradigms_flow(data: Path, design: Design = Design(), on: str | None = None) -> dict[str, object]:
+def play_paradigms(data: Path, design: Design = Design(), on: str | None = None) -> StageReport:
     """Play the missing curves of a design, then report on its figures."""
-    store = data_folder(data)
+    store = suspecting(data)
     with placed(on, store.root):
-        return conclude(store, _bring_up_to_date(store, design))
+        return concluded(store, _bring_up_to_date(store, design))
 
 
 def _bring_up_to_date(store: Store, design: Design) -> StageReport:

@@ -1,40 +1,54 @@
-"""The flow of a run: import new recordings, and bring every stage up to date."""
+"""The flows: the engine's pieces of work under Prefect, with the same arguments and the same bytes."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pitchlore.flows.imports import import_all
-from pitchlore.flows.pruning import prune_or_say
-from pitchlore.flows.tasks import Runner, our_flow, show, swept
-from pitchlore.pipeline.engine.catalog import refresh_after
-from pitchlore.pipeline.engine.history import noted
-from pitchlore.pipeline.engine.matches import Recording
-from pitchlore.pipeline.engine.placement.places import placed
-from pitchlore.pipeline.engine.update import look_for_damage
-from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
-from pitchlore.pipeline.views.scout.content.write import write_after
+from prefect import Flow
+
+from pitchlore.flows.flow import our_flow
+from pitchlore.flows.paradigms import play_paradigms
+from pitchlore.flows.work import run
+from pitchlore.pipeline.engine.evaluations import measure
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.run import (
+    VersionReport,
+    import_recordings,
+    make_stage,
+    make_version,
+    train_policy,
+)
+from pitchlore.pipeline.engine.season import play_seasons
+from pitchlore.pipeline.engine.stage import Per
+from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.settings import HistorySettings, Settings
+
+run_flow = our_flow(name="run")(run)
+matches_flow = our_flow(name="matches")(import_recordings)
+season_flow = our_flow(name="season")(play_seasons)
+evaluation_flow = our_flow(name="evaluation")(measure)
 
 
-@our_flow(name="run")
-def run_flow(
-    data: Path, recordings: list[Recording] | None = None, settings: Settings = Settings(),
-    train: bool = True, limits: ImportSettings = ImportSettings(), on: str | None = None,
-    history: HistorySettings = HistorySettings(), scout: ScoutSettings = ScoutSettings(),
-) -> dict[str, Any]:
-    """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date.
+paradigms_flow = our_flow(name="paradigms")(play_paradigms)
+training_flow = our_flow(name="train")(train_policy)
 
-    The scout's pages follow where the settings say so.
+
+@cache
+def flow_of(noun: str) -> Flow[..., Any]:
+    """The flow that makes the new outputs, or the next version, of one stage.
+
+    Args:
+        noun: of a stage that is computed from others.
     """
-    store = swept(data)  # damage is looked for after the import
-    with noted(store, "run", history) as note:
-        report = note.report
-        with placed(on, store.root):
-            report.stages.append(import_all(store, recordings, limits))
-            look_for_damage(store, report)
-            Runner(store).update(settings, report, train=train)
-            refresh_after(store, report)
-            if scout.refresh:
-                write_after(store, report)
-    prune_or_say(history)
-    show(report.markdown(), key="run", description="what the run did")
-    return report.model_dump()
+    if STAGES[noun].per is Per.VERSION:
+        def make(data: Path, settings: Settings = Settings(),
+                 history: HistorySettings = HistorySettings()) -> VersionReport:
+            return make_version(noun, data, settings, history)
+    else:
+        def make(data: Path, settings: Settings = Settings(), on: str | None = None,  # type: ignore[misc]
+                 history: HistorySettings = HistorySettings()) -> StageReport:
+            return make_stage(noun, data, settings, on, history)
+
+    made = our_flow(name=noun)(make)
+    made.description = f"Make what is new of the {noun}."
+    return made

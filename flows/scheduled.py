@@ -8,11 +8,12 @@ from prefect import runtime
 from prefect.client.schemas.objects import State
 from prefect.states import Completed, Failed
 
-from pitchlore.flows.run import run_flow
-from pitchlore.flows.tasks import flow_of, our_flow
+from pitchlore.flows.flow import our_flow
+from pitchlore.flows.work import run
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.child import belong
 from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
@@ -48,7 +49,7 @@ def scheduled_run(
     """
     if limits.isolate is None:
         limits = limits.isolated()
-    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on, history, scout))
+    report = run(data, None, settings, train, limits, on, history, scout)
     line = said_of(report)
     _say("run", line)
     if report.failures:
@@ -71,14 +72,14 @@ def scheduled_training(
         Completed; or Failed, if there is no knowledge yet, or the catalogue could not be brought up to date.
     """
     try:
-        done: dict[str, Any] = flow_of("policies").fn(data, settings, history=history)
+        done = train_policy(data, settings, history)
     except NotFound as error:
         _say("train", str(error))
         return Failed(message=str(error))
-    line = f"policy version {done['version']} is new" if done["new"] else "nothing new"
-    line += "".join(f", {what}: {why}" for what, why in done["failed"].items())
+    line = f"policy version {done.version} is new" if done.new else "nothing new"
+    line += "".join(f", {what}: {why}" for what, why in done.failed.items())
     _say("train", line)
-    return Failed(message=line) if done["failed"] else Completed(message=line, data=done)
+    return Failed(message=line) if done.failed else Completed(message=line, data=done.model_dump())
 
 
 def _say(what: str, line: str) -> None:

@@ -1,8 +1,9 @@
-"""The process of a Prefect server on 127.0.0.1: ``python -m flows.server_process PORT``.
+"""The process of a Prefect server on 127.0.0.1: ``python -m pitchlore.flows.server_process PORT TOKEN``.
 
 The process binds its port first, so that no other process can take it, and writes it to standard output.
-It writes `ready` when it answers. It ends when its standard input ends, that is with the process that
-started it, however that process ends. If it reads a line before, it stays.
+It writes `ready` when it answers. Each answer has its token, which tells it from any other server at its
+port. It ends when its standard input ends, that is with the process that started it, however that process
+ends. If it reads a line before, it stays.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from pitchlore.pipeline.engine.child import collect_rarely
 
 #: Exit code if another process listens on the port.
 TAKEN = 4
+#: The header of each answer that has the token.
+HEADER = "x-pitchlore-server"
 
 
-def main(port: int) -> None:
+def main(port: int, token: str) -> None:
     """Serve until told to stop; port 0 is any free one."""
     collect_rarely()
     try:
@@ -44,7 +47,7 @@ def main(port: int) -> None:
 
     Server(uvicorn.Config(
         "prefect.server.api.server:create_app", factory=True, log_level="error", lifespan="on",
-        timeout_graceful_shutdown=1,
+        timeout_graceful_shutdown=1, headers=[(HEADER, token)],
     )).run(sockets=[listener])
 
 
@@ -59,4 +62,4 @@ def _end_with_input() -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(int(sys.argv[1]), sys.argv[2])

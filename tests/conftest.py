@@ -5,20 +5,17 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import httpx
 import hypothesis
 import polars as pl
 import pytest
-from support.sessions import EMPTY, FOLDER, HOME, QUIET, SERVED, keep_migrated, once
+from support.sessions import FOLDER, QUIET, keep_migrated, migrated, once
 
 from pitchlore import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
-from pitchlore.flows import serving
-from pitchlore.flows.server import DATABASE, START_S, Process
+from pitchlore.flows.server import Process
 from pitchlore.pipeline.engine.child import collect_rarely
 from pitchlore.pipeline.engine.placement.crew import cores
 
@@ -63,65 +60,37 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (item.path.name != FIRST, of_file[item.path]))
 
 
-#: Where the session's first process tells the others the address of its Prefect server.
-SERVER = "PITCHLORE_TESTS_SERVER"
-
-
 def pytest_xdist_auto_num_workers() -> int:
-    """One more worker than cores: often tests wait. With more, servers are too slow for those that ask them."""
+    """One more worker than cores: often tests wait."""
     return cores() + 1
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the workers' Prefect server while they collect the tests; `make quick` has no use for it."""
+    """Give the session a folder that its processes share, and Prefect a home in it."""
     if not hasattr(config, "workerinput"):  # the session's first process: the others inherit its environment
         os.environ[FOLDER] = folder = tempfile.mkdtemp(prefix="pitchlore-tests-")
-        os.environ["PREFECT_HOME"] = str(Path(folder) / HOME)
+        os.environ["PREFECT_HOME"] = str(Path(folder) / "home")
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
-    else:
-        os.nice(10)  # the tests of a worker, and all that they start, give way to the server that all of them ask
-    if config.option.numprocesses and config.option.markexpr != "unit":
-        start_server(config)
-
-
-def start_server(config: pytest.Config) -> None:
-    """Start the session's Prefect server, with a database of its own; it ends with the session.
-
-    To make the database takes 6 s: an empty one is kept for the next session.
-    """
-    home = Path(os.environ[FOLDER]) / SERVED
-    home.mkdir()
-    if EMPTY.exists():
-        shutil.copy(EMPTY, home / DATABASE)
-    server = Process({**os.environ, **QUIET, "PREFECT_HOME": str(home), "PREFECT_UI_ENABLED": "false"})
-    os.environ[SERVER] = server.api
-    config.add_cleanup(server.stop)
 
 
 @pytest.fixture(scope="session")
-def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
-    """Flows of this process talk to the session's Prefect server. Its address."""
-    if SERVER not in os.environ:
-        start_server(request.config)
-    from prefect.settings import (
-        PREFECT_API_URL,
-        PREFECT_FLOWS_HEARTBEAT_FREQUENCY,
-        temporary_settings,
-    )
+def prefect_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Flows of this process talk to a Prefect server with a database of its own. Its address."""
+    from prefect.settings import PREFECT_API_URL, PREFECT_FLOWS_HEARTBEAT_FREQUENCY, temporary_settings
 
-    end = time.monotonic() + START_S
-    while True:
-        try:
-            httpx.get(f"{os.environ[SERVER]}/health").raise_for_status()
-            break
-        except httpx.TransportError:
-            assert time.monotonic() < end, "the Prefect server does not answer"
-            time.sleep(0.1)
-    keep_migrated()
-    # a server that is slow on a busy machine ends a command; here it would end the worker with all its tests
-    serving.SILENT, serving.ANSWER_S = 30, 120.0
-    with temporary_settings({PREFECT_API_URL: os.environ[SERVER], PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None}):
-        yield os.environ[SERVER]
+    from pitchlore.flows import serving
+
+    home = tmp_path_factory.mktemp("prefect")
+    server = Process({**os.environ, **QUIET, "PREFECT_HOME": str(migrated(home)), "PREFECT_UI_ENABLED": "false"})
+    try:
+        server.wait()
+        keep_migrated(home)
+        # a server that is slow on a busy machine ends a command; here it would end the worker with all its tests
+        serving.SILENT, serving.ANSWER_S = 30, 120.0
+        with temporary_settings({PREFECT_API_URL: server.record.api, PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None}):
+            yield server.record.api
+    finally:
+        server.stop()
 
 
 @pytest.fixture(scope="session")
@@ -226,14 +195,13 @@ def fill(data: Path, clips: Path) -> None:
 
 def run(data: Path, **options) -> RunReport:
     """One run of all stages."""
-    from pitchlore.flows.run import run_flow
-    from pitchlore.pipeline.engine.progress import RunReport
+    from pitchlore.flows import work
 
-    return RunReport.model_validate(run_flow(data, **options))
+    return work.run(data, **options)
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory, clips, prefect_server) -> Path:
+def finished(tmp_path_factory, clips) -> Path:
     """A data folder after one whole run, which one process of the session does for all; a copy for this one."""
     def make(data: Path) -> None:
         fill(data, clips)

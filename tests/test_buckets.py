@@ -227,7 +227,6 @@ def test_file_url(tmp_path):
 # --- commands ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_commands(server, machine, call, monkeypatch, caplog, tmp_path):
     """The commands work on a bucket as on a folder; no credentials are anywhere, and nothing else in it."""
     url = server.new()

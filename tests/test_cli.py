@@ -210,7 +210,6 @@ def test_name_of_season_settings(call, tmp_path, stem):
     assert not (tmp_path / "data").exists()
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_import_run_and_train(call, tmp_path):
     """An imported match is run and trained on once, and again only with other settings."""
     recording = tmp_path / "derby.csv"
@@ -240,7 +239,6 @@ def test_import_run_and_train(call, tmp_path):
     assert "has not learned" in call("train", "--settings", settings, "--data", data)[1]
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_import_goes_on(call, tmp_path):
     """`import` names what it cannot take and goes on."""
     good, bad = tmp_path / "good.csv", tmp_path / "notes.txt"
@@ -253,7 +251,6 @@ def test_import_goes_on(call, tmp_path):
     assert "gone.csv" in out
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_import_shows_the_flaws(call, tmp_path):
     """`import` shows the flaws of a recording."""
     lossy = clip(0.0, 20.0)
@@ -266,7 +263,6 @@ def test_import_shows_the_flaws(call, tmp_path):
     assert "direction inferred" in out
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_run_shows_quarantine(call, tmp_path):
     """`run` shows what is still in quarantine, apart from what it puts there itself."""
     bad = tmp_path / "notes.txt"
@@ -285,7 +281,6 @@ def test_run_shows_quarantine(call, tmp_path):
     assert "still in quarantine" not in out
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_train_without_knowledge(call, tmp_path):
     """Without knowledge `train` says what to do."""
     code, _, err = call("train", "--data", tmp_path)

@@ -25,8 +25,6 @@ pytest.importorskip("distributed", reason="the extra dask is not installed")
 
 from distributed.comm.core import CommClosedError
 
-from pitchlore.flows.imports import matches_flow
-from pitchlore.flows.season import season_flow
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
@@ -34,16 +32,17 @@ from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.matches import Recording
 from pitchlore.pipeline.engine.placement import cluster
 from pitchlore.pipeline.engine.placement.identity import identity
-from pitchlore.pipeline.engine.placement.pieces import spread
 from pitchlore.pipeline.engine.placement.places import crew_at, place_of
-from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import record_match
+from pitchlore.pipeline.engine.run import import_recordings
+from pitchlore.pipeline.engine.season import play_seasons
+from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
 from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("prefect_server")]
+pytestmark = [pytest.mark.slow]
 
 #: A season of seconds.
 STATIC = TeamSettings(kind="static")
@@ -138,11 +137,10 @@ def workers(tmp_path_factory, buckets) -> Iterator[Cluster]:
         yield own
 
 
-def running(cluster: Cluster, folder: Path, server: str) -> subprocess.Popen[str]:
+def running(cluster: Cluster, folder: Path) -> subprocess.Popen[str]:
     """A command that runs the league of a folder on a cluster."""
     return subprocess.Popen(pitchlore("run", "--on", cluster.on, "--data", "league"), cwd=folder, text=True,
-                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                            env={**os.environ, "PREFECT_API_URL": server})
+                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
 def league(folder: Path, matches: int = 2) -> Path:
@@ -170,7 +168,7 @@ def everything(data: Path, on: str) -> None:
     assert run(data, on=on).failures == {}
     seasons = [Season(name="short", opponent="static", seed=games, settings=parse(SEASON.format(games=games), where="short.toml"))
                for games in (1, 2)]
-    assert season_flow(data, seasons, on=on)["failed"] == {}
+    assert play_seasons(data, seasons, on=on).failed == {}
     played(data, on)
 
 
@@ -202,7 +200,7 @@ def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:
 
 
 @pytest.fixture(scope="module")
-def alone(tmp_path_factory, prefect_server) -> dict[str, bytes]:
+def alone(tmp_path_factory) -> dict[str, bytes]:
     """Outputs that one process makes."""
     return brought(league(tmp_path_factory.mktemp("alone")), "threads:1", everything)
 
@@ -244,7 +242,7 @@ def test_processes(alone, tmp_path):
 def test_costs(workers, tmp_path):
     """The cost of a piece that a worker did comes back with its result."""
     recording = next((league(tmp_path) / "league" / "inbox").iterdir())
-    report = StageReport.model_validate(matches_flow(tmp_path / "data", [Recording(file=recording)], on=workers.on))
+    report = import_recordings(tmp_path / "data", [Recording(file=recording)], on=workers.on)
     assert report.failed == {}
     cost = report.cost
     assert (cost.pieces, cost.bytes_in, cost.bytes_out) == (
@@ -252,10 +250,10 @@ def test_costs(workers, tmp_path):
     assert cost.slowest_s == cost.seconds > 0
 
 
-def test_killed_worker(workers, alone, tmp_path, prefect_server):
+def test_killed_worker(workers, alone, tmp_path):
     """A worker that is killed loses nothing: another does its work, and finds what is done."""
     folder = league(tmp_path)
-    with running(workers, folder, prefect_server) as command:
+    with running(workers, folder) as command:
         eventually(lambda: list((folder / "league").glob("trajectories/*.receipt.json")))
         for pid in workers.pids("one"):
             os.kill(pid, signal.SIGKILL)
@@ -266,11 +264,11 @@ def test_killed_worker(workers, alone, tmp_path, prefect_server):
     assert same(made, {name: data for name, data in alone.items() if name in made})
 
 
-def test_killed_scheduler(workers, alone, tmp_path, prefect_server):
+def test_killed_scheduler(workers, alone, tmp_path):
     """If the scheduler ends the command says so in one line; run again, it goes on with what is left."""
     folder = league(tmp_path / "here")
     (tmp_path / "cluster").mkdir()
-    with started(tmp_path / "cluster", "only") as own, running(own, folder, prefect_server) as command:
+    with started(tmp_path / "cluster", "only") as own, running(own, folder) as command:
         eventually(lambda: list((folder / "league").glob("matches/*.receipt.json")))
         own.processes["scheduler"].kill()
         _, said = command.communicate(timeout=60)

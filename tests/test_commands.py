@@ -14,7 +14,8 @@ from pitchlore.pipeline.engine import catalog as views
 from pitchlore.pipeline.engine import matches as flow
 from pitchlore.pipeline.engine.catalog import catalog_path, forget_match, refresh
 from pitchlore.pipeline.engine.chain import Chain
-from pitchlore.pipeline.engine.matches import Recording, all_here, import_recording
+from pitchlore.pipeline.engine.imports import import_all
+from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.settings import Settings
@@ -138,10 +139,9 @@ def test_old_match_is_imported_anew(old, tmp_path):
     """The recording of a match that was imported before gives the match its commands, once."""
     again = recording(tmp_path, "old.rcg", 3)
     (before,) = old.receipts("matches")
-    assert all_here(old, [again]) is None
     receipt, new = import_recording(old, again)
     assert new
     assert receipt.name == before.name
     assert rows_of(old) == [(receipt.name, 3)]
     assert not import_recording(old, again)[1]
-    assert all_here(old, [again]) is not None
+    assert import_all(old, [again]).kept == 1

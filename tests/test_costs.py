@@ -28,7 +28,7 @@ def kept(data: Path, noun: str) -> int:
 
 
 @pytest.fixture(scope="module")
-def at_places(tmp_path_factory, clips, prefect_server) -> dict[str, tuple[Path, RunReport]]:
+def at_places(tmp_path_factory, clips) -> dict[str, tuple[Path, RunReport]]:
     """The data folder and the report of a run on threads, and of one on processes."""
     found = {}
     for place in ("threads:2", "processes:2"):
@@ -86,7 +86,6 @@ def test_nothing_new(at_places):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
 def test_failed_piece(tmp_path, clips, monkeypatch):
     """A piece that fails has cost something, too; no later stage has a piece."""
     def refuse(*_: object) -> None:
@@ -102,7 +101,6 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
 def test_artifact(at_places):
     """The artifact of a run has a row for each stage, with what it cost."""
     _, report = at_places["processes:2"]

@@ -10,21 +10,19 @@ from pathlib import Path
 
 import pytest
 from conftest import run
+from support.idle import nothing_new
 from support.receipts import put_receipt, receipt_at
 
 from pitchlore.flows.cli import main
 from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.engine.catalog import forget_match, refresh
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import nothing_new
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.sealed import read_model, sealed
 from pitchlore.pipeline.store.verification import verify
-
-pytestmark = pytest.mark.usefixtures("prefect_server")
 
 
 @pytest.fixture

@@ -12,12 +12,13 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, clip
 from support import trees
+from support.idle import nothing_new
 
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import nothing_new, scope_of
+from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
@@ -34,24 +35,12 @@ RUN = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from pitchlore.pipeline.engine.matches import import_recording, inbox
-from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import nothing_new, scope_of
-from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
-from pitchlore.pipeline.store import Store
-store = Store(Path(sys.argv[2]))
+from pitchlore.pipeline.engine.run import run
+from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, HistorySettings, Settings
 settings = Settings(grams=GramSettings(outcome="paper"), behaviours=BehaviourSettings(select_by="value", shrink=False))
-if nothing_new(store, settings) is not None:
-    print("nothing new")
-else:
-    for recording in inbox(store):
-        import_recording(store, recording)
-    scope = scope_of(store)
-    STAGES.make(store, settings, scope)
-    for noun in STAGES.versioned:
-        emit(store, STAGES[noun], STAGES[noun].settings(settings), scope)
-    print("made")
+report = run(Path(sys.argv[2]), settings=settings, on="threads:1", history=HistorySettings(runs=0))
+assert not report.failures
+print("made" if report.made else "nothing new")
 """
 
 
@@ -67,7 +56,7 @@ def files(data: Path) -> dict[str, bytes]:
     """Everything in a data folder but locks and the memo, receipts without what wrote them."""
     found = {}
     for path in sorted(data.rglob("*")):
-        if path.is_file() and path.name not in (".lock", ".done.json"):
+        if path.is_file() and path.name not in (".lock", ".done.json", ".recordings.json", "catalog.duckdb"):
             content = path.read_bytes()
             if path.suffix == ".json":
                 content = json.dumps(json.loads(content) | {"software": None, "checksum": None}).encode()
@@ -208,5 +197,6 @@ def test_nothing_new(brought):
                           capture_output=True)
     assert done.stdout.strip() == "nothing new"
     report = nothing_new(Store(brought), SETTINGS)
+    assert report is not None
     assert (report.made, report.knowledge, report.policy) == (0, 1, 1)
     assert [stage.kept for stage in report.stages] == [1] * len(STAGES.of_matches)

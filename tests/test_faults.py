@@ -26,9 +26,8 @@ from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
-from pitchlore.flows import serving
 from pitchlore.flows.cli import main
-from pitchlore.flows.server import DATABASE, Keeper, ServerFailed, trouble
+from pitchlore.flows.server import REPLY_S, Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
 from pitchlore.pipeline.engine import catalog, matches
 from pitchlore.pipeline.engine.catalog import refresh, refresh_into
@@ -120,7 +119,6 @@ def test_closed_streams(tmp_path, closed):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
 def test_working_directory(tmp_path, derby, monkeypatch):
     """Modules of the folder in which a command is called are not loaded; of one that ends well no process is left."""
     for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline", "pitchlore"):
@@ -219,18 +217,18 @@ def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
 # --- Prefect's home and database --------------------------------------------------------------------
 
 
-def damaged(home: Path) -> None:
-    (home / DATABASE).write_bytes(b"no database" * 1000)
+def damaged(file: Path) -> None:
+    file.write_bytes(b"no database" * 1000)
 
 
-def bitten(home: Path) -> None:
-    with closing(sqlite3.connect(home / DATABASE, isolation_level=None)) as connection:
+def bitten(file: Path) -> None:
+    with closing(sqlite3.connect(file, isolation_level=None)) as connection:
         connection.execute("create table t (a text, b text)")
         connection.executemany("insert into t values (?, ?)", [(f"x{i}", f"{i * 7919 % 2000:050}") for i in range(2000)])
         connection.execute("create index i on t (b)")
-    with (home / DATABASE).open("r+b") as file:
-        file.seek(3 * 4096)
-        file.write(b"\xff" * 20_000)
+    with file.open("r+b") as opened:
+        opened.seek(3 * 4096)
+        opened.write(b"\xff" * 20_000)
 
 
 @pytest.mark.parametrize(("harm", "said"), [(damaged, "not a database"), (bitten, "damaged|malformed")])
@@ -238,63 +236,68 @@ def test_damaged_database(tmp_path, harm, said):
     """A damaged database of Prefect's is told before a server starts, with what to do."""
     keeper = Keeper(tmp_path)
     keeper.folder.mkdir()
-    assert trouble(keeper.folder) is None
-    harm(keeper.folder)
-    with pytest.raises(ServerFailed, match=rf"({said}).*remove {DATABASE} in it: only the history") as refused:
+    assert trouble(keeper.folder / database()) is None
+    harm(keeper.folder / database())
+    with pytest.raises(ServerFailed, match=rf"({said}).*remove {database()} in it: only the history") as refused:
         keeper.start()
     assert str(keeper.folder) in str(refused.value)
-    assert keeper.look() == (False, None)
+    assert keeper.look() is None
 
 
 def test_locked_database(tmp_path):
     """So is one that another process has locked for good."""
-    with closing(sqlite3.connect(tmp_path / DATABASE, isolation_level=None)) as other:
+    file = tmp_path / database()
+    with closing(sqlite3.connect(file, isolation_level=None)) as other:
         other.execute("begin exclusive")
         begun = time.monotonic()
-        assert trouble(tmp_path) == f"{DATABASE} cannot be used (database is locked)"
+        assert trouble(file) == f"{file.name} cannot be used (database is locked)"
         assert time.monotonic() - begun < 10
-    assert trouble(tmp_path) is None
+    assert trouble(file) is None
 
 
-def test_home_that_cannot_be_used(monkeypatch):
-    """Without a home that can be written Prefect gets another, and keeps its history nowhere, which is said."""
-    said: list[str] = []
-    for name in ("PREFECT_HOME", "PREFECT_PROFILES_PATH", "PREFECT_API_DATABASE_CONNECTION_URL"):
-        monkeypatch.setenv(name, "/dev/null")  # so that it is as before in the end
-        monkeypatch.delenv(name)
-    monkeypatch.setenv("HOME", "/dev/null")
-    serving._find_home(said.append)
-    assert trouble(Path(os.environ["PREFECT_HOME"])) is None
-    assert os.environ["PREFECT_PROFILES_PATH"] == "/dev/null/.prefect/profiles.toml"
-    assert os.environ["PREFECT_API_DATABASE_CONNECTION_URL"] == "sqlite+aiosqlite:///:memory:"
-    (line,) = said
-    assert line.startswith("/dev/null/.prefect: cannot be written (")
-    serving._find_home(said.append)
-    assert len(said) == 1, "the home that it has now can be used"
+@pytest.mark.slow
+def test_prefect_of_others(tmp_path, derby, monkeypatch):
+    """A home of Prefect's that another version has migrated, or that is no folder, stops no command."""
+    home = tmp_path / "home"
+    home.mkdir()
+    with closing(sqlite3.connect(home / "prefect.db")) as other:
+        other.execute("create table alembic_version (version_num text)")
+        other.execute("insert into alembic_version values ('of-the-future')")
+        other.commit()
+    for number, there in enumerate((home, Path("/dev/null"))):
+        code, _, err, _ = call("import", derby, "--data", tmp_path / f"data-{number}", PREFECT_HOME=str(there))
+        assert (code, lines(err)) == (0, [])
+    data = tmp_path / "flows"
+    migrated(Keeper(data).folder, database())
+    code, _, err, _ = call("run", "--flow", "--data", data, PREFECT_HOME=str(home))
+    assert (code, lines(err)) == (0, [])
 
 
 #: A command whose flow waits, after something was done to its server, when it would import a recording.
 MEANWHILE = """
-import os, signal, sys, time
-import pitchlore.flows.imports, pitchlore.flows.server, pitchlore.flows.serving
-pitchlore.flows.serving.REQUEST_S, pitchlore.flows.serving.AGAIN = 1.0, 1
+import os, signal, time
+import pitchlore.pipeline.engine.imports, pitchlore.flows.server
 def wait(*_):
+    from pathlib import Path
+        server = pitchlore.flows.server.Keeper(Path({data!r})).look()
     {does}
-    pitchlore.flows.serving.WATCH_S, pitchlore.flows.serving.REPLY_S, pitchlore.flows.server.STOP_S = 0.5, 1.0, 0.5
-    print(pitchlore.flows.serving._own().pid, flush=True)
+    serving.WATCH_S, serving.REPLY_S, pitchlore.flows.server.STOP_S = 0.5, 1.0, 0.5
+    print(server.pid, flush=True)
     time.sleep({seconds})
     {then}
-pitchlore.flows.imports.import_recording = wait
+pitchlore.pipeline.engine.imports.take_in = wait
 """
 
 
-def meanwhile(
-    recording: Path, does: str, seconds: float, then: str = "", within_s: float = 15, **variables: str
-) -> tuple[str, int]:
-    """Last line of an import whose server fails meanwhile, and the number of its server's process."""
-    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
-    script = MEANWHILE.format(does=does, seconds=seconds, then=then)
-    words = pitchlore("import", recording, "--data", recording.parent / "data", before=script)
+def meanwhile(recording: Path, does: str, seconds: float, then: str = "", within_s: float = 15) -> tuple[str, int]:
+    """Last line of a flow whose server fails meanwhile, and the number of its server's process."""
+    data = recording.parent / "data"
+    (data / "inbox").mkdir(parents=True)
+    shutil.copy(recording, data / "inbox")
+    migrated(Keeper(data).folder, database())
+    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+    script = MEANWHILE.format(data=str(data), does=does, seconds=seconds, then=then)
+    words = pitchlore("run", "--flow", "--data", data, before=script)
     with subprocess.Popen(words, text=True, env=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stdout is not None
         server = int(command.stdout.readline())
@@ -307,24 +310,21 @@ def meanwhile(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
-@pytest.mark.parametrize(("number", "why", "within_s"), [
-    ("SIGKILL", "has ended", 15), ("SIGSTOP", "does not answer", 15 + serving.REPLY_S)])
-def test_server_that_fails_meanwhile(derby, number, why, within_s):
+@pytest.mark.parametrize(("number", "within_s"), [("SIGKILL", 15), ("SIGSTOP", 15 + REPLY_S)])
+def test_server_that_fails_meanwhile(derby, number, within_s):
     """If its server ends or hangs while flows run, the command ends within seconds, and the server with it."""
-    does = f"os.kill(pitchlore.flows.serving._own().pid, signal.{number})"
-    said, server = meanwhile(derby, does, 600, within_s=within_s)
-    assert said.endswith(f"{why}. What was finished is kept; run the command again to go on.")
+    said, server = meanwhile(derby, f"os.kill(server.pid, signal.{number})", 600, within_s=within_s)
+    assert said.endswith("does not answer. What was finished is kept; run the command again to go on.")
     assert eventually(lambda: not alive(server), 5)
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
-def test_database_locked_meanwhile(tmp_path, derby):
+def test_database_locked_meanwhile(derby):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
-    lock = "import sqlite3; pitchlore.lock = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); pitchlore.lock.execute('begin immediate')"
-    said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + serving.REPLY_S,
-                        PREFECT_HOME=str(migrated(tmp_path / "home")))
+    lock = ("import sqlite3; serving.REQUEST_S = 1.0; "
+            f"pitchlore.lock = sqlite3.connect({str(derby.parent / 'data' / 'server' / database())!r}); "
+            "pitchlore.lock.execute('begin immediate')")
+    said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + REPLY_S)
     assert "the Prefect server failed (ReadTimeout: timed out" in said
     assert said.endswith("What was finished is kept; run the command again to go on.")
 

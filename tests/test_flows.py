@@ -1,9 +1,8 @@
-"""End to end under Prefect: new things are made once, bad matches step aside, the rest goes on."""
+"""End to end: new things are made once, bad matches step aside, the rest goes on; flows make the same bytes."""
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import signal
 import subprocess
@@ -14,14 +13,22 @@ from pathlib import Path
 import polars as pl
 import pytest
 from conftest import ROOT, clip, fill, run
-from prefect import Flow, Task
+from prefect import Flow
 
-from pitchlore.flows.imports import matches_flow
-from pitchlore.flows.tasks import flow_of, make_version
+from pitchlore.flows.run import (
+    evaluation_flow,
+    flow_of,
+    matches_flow,
+    paradigms_flow,
+    run_flow,
+    season_flow,
+    training_flow,
+)
 from pitchlore.pipeline import matches as log_format
 from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
 from pitchlore.pipeline.engine.catalog import catalog_path
 from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox
+from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import (
     BehaviourSettings,
@@ -35,14 +42,13 @@ from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.verification import verify
 from pitchlore.schemas import Policies
 
-pytestmark = pytest.mark.usefixtures("prefect_server")
 
 def products(data: Path) -> dict[str, bytes]:
-    """Everything that a run makes, but the catalogue, the memo, the log of runs and the claims."""
+    """Everything that a run makes, but the catalogue, what is remembered, the log of runs and the claims."""
     return {
         str(p.relative_to(data)): p.read_bytes()
         for p in sorted(data.rglob("*"))
-        if p.is_file() and "inbox" not in p.parts and p.suffix not in (".duckdb", ".claim") and p.name != ".done.json"
+        if p.is_file() and "inbox" not in p.parts and p.suffix not in (".duckdb", ".claim") and p.name not in (".done.json", ".recordings.json")
         and p.parent.name != "runs"
     }
 
@@ -156,12 +162,11 @@ def test_disk_error(tmp_path, clips, monkeypatch):
     assert failures == [0]
 
 
-def test_kill_and_run_again(tmp_path, clips, finished, prefect_server):
+def test_kill_and_run_again(tmp_path, clips, finished):
     """A run after one that was killed in the middle gives the same bytes."""
     fill(tmp_path, clips)
-    script = f"from pathlib import Path; from pitchlore.flows.run import run_flow; run_flow(Path({str(tmp_path)!r}))"
-    environment = {**os.environ, "PREFECT_API_URL": prefect_server}
-    process = subprocess.Popen([sys.executable, "-c", script], env=environment,
+    script = f"from pathlib import Path; from pitchlore.flows.work import run; run(Path({str(tmp_path)!r}))"
+    process = subprocess.Popen([sys.executable, "-c", script],
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
     while not list((tmp_path / "situations").glob("*.receipt.json")):
@@ -269,19 +274,40 @@ def test_inbox_maps(tmp_path):
     assert [(r.file.name, r.mapping and r.mapping.name) for r in found] == [("a.csv", "a.csv.toml"), ("b.csv", None)]
 
 
-def test_results_are_json(finished):
-    """The result of importing can be written as JSON."""
-    report = matches_flow(finished)
-    assert json.loads(json.dumps(report)) == report
+@pytest.mark.usefixtures("prefect_server")
+def test_flows_and_engine(tmp_path, clips, finished):
+    """Flows make the bytes that the engine makes by itself, and their results are JSON."""
+    fill(tmp_path, clips)
+    imported = matches_flow(tmp_path, on="threads:1")
+    assert json.loads(json.dumps(imported)) == imported
+    assert len(imported["made"]) == 2
+    for stage in STAGES.computed():
+        assert flow_of(stage.noun)(tmp_path)["failed"] == {}
+    assert flow_of("knowledge")(tmp_path).items() >= {"version": 1, "new": True, "failed": {}}.items()
+    assert training_flow(tmp_path).items() >= {"version": 1, "new": True, "failed": {}}.items()
+    assert products(tmp_path) == products(finished)
+    whole = run_flow(tmp_path)
+    assert (whole["knowledge"], whole["knowledge_is_new"]) == (1, False)
+    assert products(tmp_path) == products(finished)
+
+
+def test_no_prefect(tmp_path, clips):
+    """A run by the engine loads nothing of Prefect."""
+    fill(tmp_path, clips)
+    script = ("import sys; from pathlib import Path; from pitchlore.flows.work import run\n"
+              f"assert run(Path({str(tmp_path)!r}), on='threads:1').policy == 1\n"
+              "print([name for name in sys.modules if name.partition('.')[0] == 'prefect'])")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 def test_other_training(tmp_path, finished):
     """Training with other settings begins anew and counts each match once."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
-    assert flow_of("policies")(data).items() >= {"version": 1, "new": False, "failed": {}}.items()
-    assert flow_of("policies")(data, Settings(policies=PolicySettings(sweeps=9))).items() >= {
-        "version": 2, "new": True, "failed": {}}.items()
+    again, other = train_policy(data), train_policy(data, Settings(policies=PolicySettings(sweeps=9)))
+    assert (again.version, again.new, again.failed) == (1, False, {})
+    assert (other.version, other.new, other.failed) == (2, True, {})
     store = Store(data)
     assert store.manifest("policies", 2).parent is None, "the first has learned from these matches"
     tables = [store.read_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
@@ -312,15 +338,7 @@ def test_flow_from_file(monkeypatch):
 
 def test_no_pickles():
     """Prefect keeps results as JSON and never as pickles."""
-    from pitchlore.flows.jobs import do_part
-    from pitchlore.flows.paradigms import paradigms_flow
-    from pitchlore.flows.run import run_flow
-    from pitchlore.flows.season import play_game, season_flow
-
     of_nouns = [flow_of(noun) for noun, stage in STAGES.items() if stage.compute is not None]
-    found = [*of_nouns, matches_flow, run_flow, season_flow, paradigms_flow]
-    tasks = [do_part, make_version, play_game]
+    found = [*of_nouns, matches_flow, run_flow, season_flow, paradigms_flow, evaluation_flow, training_flow]
     assert all(isinstance(flow, Flow) for flow in found)
-    assert all(isinstance(task, Task) for task in tasks)
     assert {flow.result_serializer for flow in found} == {"json"}
-    assert not any(task.persist_result for task in tasks)

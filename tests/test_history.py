@@ -12,15 +12,16 @@ from conftest import clip, fill, run
 from prefect import flow, runtime
 from support.prefect_client import flow_run, post
 
-from pitchlore.flows import pruning, tasks
-from pitchlore.flows.jobs import run_pieces
+from pitchlore.flows import pruning
+from pitchlore.flows.flow import our_flow
 from pitchlore.flows.pruning import prune
-from pitchlore.flows.tasks import our_flow
+from pitchlore.flows.run import run_flow
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, StorageFailed
 from pitchlore.pipeline.engine.costs import Cost
 from pitchlore.pipeline.engine.history import LOG, Entry, Note, log, noted
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.settings import HistorySettings
 from pitchlore.pipeline.store import Store
 
@@ -108,7 +109,6 @@ def test_damaged(tmp_path, call):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
 def test_command(tmp_path, call, monkeypatch):
     """The command lists what commands did, without a server: import, run, a failure, nothing new, train."""
     (tmp_path / "inbox").mkdir()
@@ -145,14 +145,13 @@ def test_command(tmp_path, call, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
 def test_broken_off(tmp_path, clips, monkeypatch):
     """A run that breaks off is in the log, with the error and what was imported before."""
     def refuse(*_: object) -> None:
         raise BadSettings("has two captains", where="team.toml")
 
     fill(tmp_path, clips)
-    monkeypatch.setattr("pitchlore.flows.run.look_for_damage", refuse)
+    monkeypatch.setattr("pitchlore.pipeline.engine.run.look_for_damage", refuse)
     with pytest.raises(BadSettings):
         run(tmp_path)
     (entry,) = log(Store(tmp_path)).entries
@@ -162,8 +161,9 @@ def test_broken_off(tmp_path, clips, monkeypatch):
 @pytest.fixture
 def ours(prefect_server, monkeypatch):
     """A flow of ours with one task, whose runs no other test has; it returns the id of its run."""
-    monkeypatch.setattr("pitchlore.flows.tasks.OURS", f"pitchlore-{os.urandom(4).hex()}")
-    monkeypatch.setattr(pruning, "OURS", tasks.OURS)
+    name = f"pitchlore-{os.urandom(4).hex()}"
+    monkeypatch.setattr("pitchlore.flows.flow.OURS", name)
+    monkeypatch.setattr(pruning, "OURS", name)
 
     @our_flow(name="ours")
     def flow() -> str:
@@ -186,9 +186,9 @@ def test_pruning(ours, monkeypatch):
         return runtime.flow_run.id
 
     old, other, young = ours(), theirs(), ours()
-    assert flow_run(old).flow_version == tasks.OURS
+    assert flow_run(old).flow_version == pruning.OURS
     running = post("/flow_runs/", {
-        "flow_id": str(flow_run(old).flow_id), "flow_version": tasks.OURS, "state": {"type": "RUNNING"}})["id"]
+        "flow_id": str(flow_run(old).flow_id), "flow_version": pruning.OURS, "state": {"type": "RUNNING"}})["id"]
     assert prune(HistorySettings()) == 0
     between = flow_run(other).end_time
     assert flow_run(old).end_time < between < flow_run(young).end_time
@@ -208,9 +208,9 @@ def test_a_run_prunes(tmp_path, ours, monkeypatch):
     """A run removes our old flow runs; its settings say how old."""
     old = ours()
     monkeypatch.setattr(pruning, "_now", lambda: datetime.now(UTC) + timedelta(days=5))
-    run(tmp_path)
+    run_flow(tmp_path)
     assert flow_run(old)
-    run(tmp_path, history=HistorySettings(days=4))
+    run_flow(tmp_path, history=HistorySettings(days=4))
     assert flow_run(old) is None
 
 
@@ -221,7 +221,7 @@ def test_a_server_that_refuses(tmp_path, monkeypatch):
         raise RuntimeError("not yours")
 
     monkeypatch.setattr(pruning, "prune", refuse)
-    assert run(tmp_path).failures == {}
+    assert run_flow(tmp_path)["policy"] is None
 
 
 def test_entry_is_small():

@@ -26,10 +26,10 @@ from support.recordings import same
 from pitchlore.flows.commands.commentary import told_of
 from pitchlore.flows.commands.printing import print_frame
 from pitchlore.flows.commands.replay import write_page
-from pitchlore.flows.imports import import_all
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.isolated import _answer, read_isolated
 from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox, strangers
 from pitchlore.pipeline.engine.progress import StageReport
@@ -76,7 +76,7 @@ def test_bounds(tmp_path, reader, case: Hostile):
     assert megabytes < case.megabytes + 3 * file.stat().st_size / (1 << 20)
 
 
-def test_hostile_names(tmp_path, prefect_server):
+def test_hostile_names(tmp_path):
     """Files with hostile names are imported like others; no name reaches a terminal as it is."""
     data = tmp_path / "data"
     box = os.fsencode(data / "inbox")
@@ -84,12 +84,12 @@ def test_hostile_names(tmp_path, prefect_server):
     for number, name in enumerate(NAMES):
         with open(os.path.join(box, name), "wb") as file:  # noqa: PTH118, PTH123 (bytes)
             file.write(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
-    command, served = pitchlore(), {**os.environ, "PREFECT_API_URL": prefect_server}
+    command = pitchlore()
     done = subprocess.run([*command, "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
-                          env=served, capture_output=True, check=False)
+                          capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     assert b"%d imported" % len(NAMES) in done.stdout
-    again = subprocess.run([*command, "import", b"[bold]markup[].csv", "--data", data], env=served,
+    again = subprocess.run([*command, "import", b"[bold]markup[].csv", "--data", data],
                            capture_output=True, cwd=box, check=True)
     assert b"0 imported, 1 already here" in again.stdout
     shown = subprocess.run([*command, "sql", "from matches", "--csv", "--data", data], capture_output=True, check=True)
@@ -219,7 +219,7 @@ def test_nobody_waits_for_a_reader(tmp_path, monkeypatch):
     _answer(there, [str(tmp_path / "none.csv")], None, "0", "m-1", TrackingMap(), ImportSettings())
 
 
-def test_others_go_on(tmp_path, prefect_server):
+def test_others_go_on(tmp_path):
     """Hostile recordings among others: the others are imported, and each hostile one is named."""
     folder = tmp_path / "in"
     folder.mkdir()
@@ -229,15 +229,9 @@ def test_others_go_on(tmp_path, prefect_server):
     for number in range(3):
         (folder / f"good{number}.csv").write_bytes(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
     store = Store(tmp_path / "data")
-
-    from prefect import flow
-
-    @flow
-    def several() -> list[object]:
-        report = import_all(store, [Recording(file=file) for file in sorted(folder.iterdir())], ImportSettings(isolate=True))
-        return [len(report.made), sorted(Path(name).name for name in report.failed)]
-
-    assert several() == [3, sorted(case.name for case in cases)]
+    report = import_all(store, [Recording(file=file) for file in sorted(folder.iterdir())], ImportSettings(isolate=True))
+    assert len(report.made) == 3
+    assert sorted(Path(name).name for name in report.failed) == sorted(case.name for case in cases)
 
 
 # --- text -------------------------------------------------------------------------------------------

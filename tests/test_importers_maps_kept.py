@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pitchlore.pipeline.engine.matches import Recording, all_here, import_recording
+from pitchlore.pipeline.engine.imports import import_all
+from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.store import Store
 
 CSV = "Nr;ms;who;no;px;py\n" + "".join(
@@ -37,9 +38,8 @@ def test_kept(derby: tuple[Store, Path, Path]) -> None:
     """Importing again without a map changes nothing: neither at the look nor at the import."""
     store, file, _ = derby
     (before,) = store.receipts("matches")
-    report = all_here(store, [Recording(file=file)])
-    assert report is not None
-    assert report.kept == 1
+    report = import_all(store, [Recording(file=file)])
+    assert (report.kept, report.made) == (1, [])
     receipt, new = import_recording(store, Recording(file=file))
     assert not new
     assert receipt == before

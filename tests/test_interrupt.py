@@ -8,8 +8,10 @@ import time
 
 import pytest
 from conftest import clip
+from support.sessions import migrated
 from support.terminal import terminal
 
+from pitchlore.flows.server import Keeper, database
 from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow
@@ -21,9 +23,9 @@ SOON_S = 20.0
 #: What a command is made to wait in for longer than any test.
 MOMENTS = {
     "a task runs": """
-import time, pitchlore.flows.imports
+import time, pitchlore.pipeline.engine.imports
 def forever(*_): print("moment", flush=True); time.sleep(600)
-pitchlore.flows.imports.import_recording = forever
+pitchlore.pipeline.engine.imports.take_in = forever
 """,
     "a file is written": """
 import os, time
@@ -84,12 +86,6 @@ def derby(tmp_path):
     return path
 
 
-@pytest.fixture
-def alone(monkeypatch, prefect_server):
-    """No Prefect server is named: the command brings its own, with a database that stands."""
-    monkeypatch.delenv("PREFECT_API_URL", raising=False)
-
-
 def assert_stopped(command, presses=1):
     for _ in range(presses):
         command.press()
@@ -102,20 +98,23 @@ def assert_stopped(command, presses=1):
     assert command.left(SOON_S) == []
 
 
-@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize("words", [("run",), ("run", "--flow")], ids=" ".join)
 @pytest.mark.parametrize(("moment", "presses"), [("a task runs", 1), ("a file is written", 2)])
-def test_a_flow_stops(derby, tmp_path, moment, presses):
-    """Ctrl-C stops a flow in a task that never ends, and between a file and its receipt."""
-    with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS[moment]) as command:
+def test_work_stops(derby, tmp_path, moment, presses, words):
+    """Ctrl-C stops a task that never ends, and work between a file and its receipt; so it does in a flow."""
+    data = tmp_path / "data"
+    (data / "inbox").mkdir(parents=True)
+    derby.rename(data / "inbox" / derby.name)
+    migrated(Keeper(data).folder, database())
+    with terminal(*words, "--data", data, before=MOMENTS[moment]) as command:
         command.until("moment")
         assert_stopped(command, presses)
-    assert list(Store(tmp_path / "data").receipts("matches")) == []
+    assert list(Store(data).receipts("matches")) == []
 
 
-@pytest.mark.usefixtures("alone")
-def test_stop_while_starting(derby, tmp_path):
+def test_stop_while_starting(tmp_path):
     """Ctrl-C stops a flow while Prefect starts."""
-    with terminal("import", derby, "--data", tmp_path / "data") as command:
+    with terminal("run", "--flow", "--data", tmp_path / "data") as command:
         command.until("starting")
         time.sleep(1.0)
         assert_stopped(command)

@@ -7,8 +7,6 @@ import threading
 import pytest
 from support.deeds import die_of_two
 
-from pitchlore.flows.jobs import run_pieces
-from pitchlore.flows.tasks import our_flow
 from pitchlore.pipeline.base.errors import NotFound, StorageFailed
 from pitchlore.pipeline.engine.costs import Spent
 from pitchlore.pipeline.engine.making import Outcome
@@ -18,16 +16,25 @@ from pitchlore.pipeline.engine.placement.pieces import Failure, Part, TryAgain, 
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.placement.processes import Processes
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.tasks import run_pieces
 
 
-def done(function, pieces, on="threads:1", **options) -> StageReport:
-    """The report on some pieces of work, as a flow's."""
-    @our_flow(name="pieces")
-    def flow() -> dict[str, object]:
-        with placed(on, "."):
-            return run_pieces(function, "things", pieces, **options).model_dump()
+@pytest.fixture(params=["engine", pytest.param("flow", marks=pytest.mark.slow)])
+def done(request):
+    """The report on some pieces of work: the engine's by itself, or a flow's."""
+    def report(function, pieces, on="threads:1", **options) -> StageReport:
+        def work() -> StageReport:
+            with placed(on, "."):
+                return run_pieces(function, "things", pieces, **options)
 
-    return StageReport.model_validate(flow())
+        if request.param == "engine":
+            return work()
+        request.getfixturevalue("prefect_server")
+        from pitchlore.flows.flow import our_flow
+
+        return StageReport.model_validate(our_flow(name="pieces")(work)())
+
+    return report
 
 
 def numbered(count):
@@ -40,8 +47,8 @@ def few(monkeypatch):
     monkeypatch.setattr(parts, "_PARTS_EACH", 2)
 
 
-@pytest.mark.usefixtures("prefect_server", "few")
-def test_failures():
+@pytest.mark.usefixtures("few")
+def test_failures(done):
     """A piece that fails is reported, and those of its task and of the others are done."""
     def work(number: int) -> None:
         if number == 4:
@@ -54,8 +61,8 @@ def test_failures():
     assert report.failed == {"p4": "four: is not here.", "p5": "ZeroDivisionError: "}
 
 
-@pytest.mark.usefixtures("prefect_server", "few")
-def test_tried_again():
+@pytest.mark.usefixtures("few")
+def test_tried_again(done):
     """A piece that may succeed later is tried again, and no other piece is done twice."""
     calls: list[int] = []
 
@@ -84,8 +91,7 @@ def test_what_an_earlier_try_made():
         "a": Spent(1.0, 10, 100), "b": Spent(2.0, 20, 200), "c": Spent(3.5, 60, 300)})}
 
 
-@pytest.mark.usefixtures("prefect_server")
-def test_all_at_once():
+def test_all_at_once(done):
     """As many pieces are done at once as the crew can do."""
     met = threading.Barrier(3, timeout=60)
 
@@ -119,5 +125,5 @@ def test_lost_worker():
 
 
 def test_default_crew():
-    """Outside of a flow pieces are done here."""
+    """Outside of a run pieces are done here."""
     assert isinstance(crew.get(), Here)

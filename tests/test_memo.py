@@ -7,16 +7,14 @@ import shutil
 from pathlib import Path
 
 import pytest
+from support.idle import nothing_new
 
 from pitchlore.pipeline.engine import memo
 from pitchlore.pipeline.engine.catalog import distrust
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import nothing_new
 from pitchlore.pipeline.settings import GramSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.outputs import RECEIPT
-
-pytestmark = pytest.mark.usefixtures("prefect_server")
 
 OTHER = Settings(grams=GramSettings(alpha=0.99))
 

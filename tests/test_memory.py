@@ -31,7 +31,7 @@ def test_equal_to_a_league_of_one_match(tmp_path):
     clip(0.0, 120.0).write_parquet(file)
     name = import_recording(store, Recording(file=file))[0].name
     STAGES.make(store, SETTINGS, Scope(matches=(name,)))
-    log = read_match(open_source(file.read_bytes(), file.name), TrackingMap())
+    log, _ = read_match(open_source(file.read_bytes(), file.name), TrackingMap())
     match = MemoryInputs(log, SETTINGS, TrackingMap().settings())
     for noun in reversed(STAGES.of_matches):
         stage = STAGES[noun]
@@ -56,7 +56,7 @@ def test_what_is_no_noun_of_a_match(tmp_path):
     """Versions, and tables that a noun does not have, are not there."""
     file = tmp_path / "derby.parquet"
     clip(0.0, 10.0).write_parquet(file)
-    match = MemoryInputs(read_match(open_source(file.read_bytes(), file.name), TrackingMap()))
+    match = MemoryInputs(read_match(open_source(file.read_bytes(), file.name), TrackingMap())[0])
     assert match["knowledge"] == ()
     assert match["sprints"] == ()
     assert match["trajectories"][0].name.startswith("derby-")

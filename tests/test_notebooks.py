@@ -12,9 +12,9 @@ from pitchlore.flows.cli import main
 
 
 @pytest.fixture(scope="module")
-def sample(tmp_path_factory, prefect_server):
+def sample(tmp_path_factory):
     """A data folder after a run on the sample recording."""
-    return sample_data(tmp_path_factory.mktemp("sample") / "data", {"PREFECT_API_URL": prefect_server})
+    return sample_data(tmp_path_factory.mktemp("sample") / "data", {})
 
 
 @pytest.mark.slow

@@ -10,8 +10,9 @@ import polars as pl
 import pytest
 
 from pitchlore.flows.cli import main
-from pitchlore.flows.paradigms import paradigms_flow
+from pitchlore.flows.paradigms import play_paradigms
 from pitchlore.pipeline.engine.paradigms import points_of, reports
+from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.paradigms import experiments
 from pitchlore.pipeline.paradigms.experiments import Design
 from pitchlore.pipeline.store import Store
@@ -22,15 +23,15 @@ QUICK = Design(figures=(4, 5), runs=4, quick=True)
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory, prefect_server) -> tuple[Path, dict[str, object]]:
+def played(tmp_path_factory) -> tuple[Path, StageReport]:
     data = tmp_path_factory.mktemp("paradigms")
-    return data, paradigms_flow(data, QUICK)
+    return data, play_paradigms(data, QUICK)
 
 
 def test_catalogue_tables(played):
     """The points and verdicts are tables of the catalogue."""
     data, report = played
-    assert report["failed"] == {}
+    assert report.failed == {}
     catalogue = data / "catalog.duckdb"
     points = ask(catalogue, "select * from paradigms")
     assert set(points.columns) == set(Paradigms.dtypes())
@@ -52,15 +53,15 @@ def test_report_plot(played):
 def test_second_run(played):
     """A second run plays nothing again."""
     data, first = played
-    again = paradigms_flow(data, QUICK)
-    assert again["made"] == []
-    assert again["kept"] == len(first["made"])
+    again = play_paradigms(data, QUICK)
+    assert again.made == []
+    assert again.kept == len(first.made)
 
 
 def test_same_bytes(played, tmp_path):
     """Two folders hold the same tables and plots, byte for byte."""
     data, _ = played
-    paradigms_flow(tmp_path, QUICK)
+    play_paradigms(tmp_path, QUICK)
     for path in sorted((data / "paradigms").iterdir()):
         if path.suffix in (".parquet", ".png"):
             assert (tmp_path / "paradigms" / path.name).read_bytes() == path.read_bytes(), path.name
@@ -70,14 +71,14 @@ def test_other_seed(played):
     """Another seed plays other runs, which are kept beside the first."""
     data, _ = played
     other = QUICK.model_copy(update={"seed": 7, "figures": (5,)})
-    paradigms_flow(data, other)
+    play_paradigms(data, other)
     store = Store(data)
     first, second = (points_of(store, report) for report in (reports(QUICK)[1], reports(other)[0]))
     assert first.height == second.height
     assert first["p_optimal"].to_list() != second["p_optimal"].to_list()
 
 
-def test_failing_sweep(tmp_path, prefect_server, monkeypatch):
+def test_failing_sweep(tmp_path, monkeypatch):
     """A sweep that fails is reported, and the others stand."""
     from pitchlore.pipeline.paradigms import curves
 
@@ -85,13 +86,13 @@ def test_failing_sweep(tmp_path, prefect_server, monkeypatch):
         raise MemoryError("no room")
 
     monkeypatch.setattr(curves, "penalty", broken)
-    report = paradigms_flow(tmp_path, QUICK)
-    failed = report["failed"]
+    report = play_paradigms(tmp_path, QUICK)
+    failed = report.failed
     assert failed
     assert all(name.startswith("figure-4") for name in failed)
     assert all(reason == "MemoryError: no room" for reason in failed.values())
-    assert "report-5-r4-s0-quick" in report["made"]
-    assert "report-4-r4-s0-quick" not in report["made"]
+    assert "report-5-r4-s0-quick" in report.made
+    assert "report-4-r4-s0-quick" not in report.made
     assert {record.noun for record in Store(tmp_path).quarantined()} == {"paradigms"}
 
 

@@ -14,12 +14,12 @@ import pytest
 from support.processes import pitchlore
 
 from pitchlore.flows.cli import main
-from pitchlore.flows.imports import import_all
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
 from pitchlore.pipeline.arena.match.match import Match
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import PLAYING, _nothing_logged
 from pitchlore.pipeline.engine.record import recording
 from pitchlore.pipeline.store import Store
@@ -48,7 +48,7 @@ def killed(tmp_path_factory):
     return data
 
 
-def test_killed_match(killed, prefect_server):
+def test_killed_match(killed):
     """The next run takes what was played of a match that was killed, frame for frame."""
     store = Store(killed)
     assert not list(store.receipts("matches"))
@@ -107,7 +107,7 @@ def head(data, recipe):
     return path, path.read_bytes()
 
 
-def test_killed_early_or_late(tmp_path, capsys, prefect_server):
+def test_killed_early_or_late(tmp_path, capsys):
     """A kill before the first chunk or at the commit loses nothing logged and leaves no trouble."""
     pytest.importorskip("pygame")
     folders = os.pathsep.join([str(Path(__file__).parent), *sys.path])

@@ -9,11 +9,11 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-from pitchlore.flows.imports import import_all
-from pitchlore.flows.tasks import flow_of
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
+from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import Recording, import_recording, with_map
+from pitchlore.pipeline.engine.run import make_stage, make_version
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import (
     BehaviourSettings,
@@ -26,8 +26,6 @@ from pitchlore.pipeline.settings import (
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.schemas import Referee
-
-pytestmark = pytest.mark.usefixtures("prefect_server")
 
 
 @pytest.fixture
@@ -113,15 +111,8 @@ def test_copies(tmp_path):
     for index in range(1, 8):
         shutil.copy(folder / "copy0.csv", folder / f"copy{index}.csv")
     store = Store(tmp_path / "data")
-
-    from prefect import flow
-
-    @flow
-    def several() -> list[int]:
-        report = import_all(store, [Recording(file=file) for file in sorted(folder.iterdir())])
-        return [len(report.made), report.kept, len(report.failed)]
-
-    assert several() == [1, 7, 0]
+    report = import_all(store, [Recording(file=file) for file in sorted(folder.iterdir())])
+    assert (len(report.made), report.kept, report.failed) == (1, 7, {})
     assert len(list(store.receipts("matches"))) == 1
 
 
@@ -224,19 +215,20 @@ def test_pruning(data):
     assert ask(catalog_path(store), "select count(*) from situations").item() == before
 
 
-def test_noun_flows(data):
-    """Every noun has a flow of its own that makes what is missing."""
+def test_single_stages(data):
+    """Every noun can be made by itself: what is missing."""
     store = Store(data)
     for noun in ("trajectories", "situations", "goals", "decisions"):
         store.forget(noun, next(iter(store.receipts(noun))).name)
-    for flow in (flow_of("trajectories"), flow_of("situations"), flow_of("goals")):
-        report = flow(data)
-        assert (len(report["made"]), report["kept"], report["failed"]) == (1, 1, {})
-    assert flow_of("sequences")(data)["kept"] == 2
-    assert flow_of("behaviours")(data)["kept"] == 1
-    assert len(flow_of("decisions")(data)["made"]) == 1
-    assert flow_of("knowledge")(data).items() >= {"version": 1, "new": False, "failed": {}}.items()
-    assert flow_of("policies")(data).items() >= {"version": 1, "new": False, "failed": {}}.items()
+    for noun in ("trajectories", "situations", "goals"):
+        report = make_stage(noun, data)
+        assert (len(report.made), report.kept, report.failed) == (1, 1, {})
+    assert make_stage("sequences", data).kept == 2
+    assert make_stage("behaviours", data).kept == 1
+    assert len(make_stage("decisions", data).made) == 1
+    for noun in STAGES.versioned:
+        made = make_version(noun, data)
+        assert (made.version, made.new, made.failed) == (1, False, {})
     assert ask(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 
@@ -244,7 +236,7 @@ def test_stage_too_early(tmp_path, clips):
     """A stage before its turn says what to run first and blames no match."""
     store = Store(tmp_path)
     import_recording(store, Recording(file=clips / "early.parquet"))
-    (why,) = flow_of("situations")(tmp_path)["failed"].values()
+    (why,) = make_stage("situations", tmp_path).failed.values()
     assert "Run the stage trajectories first" in why
     assert store.quarantined() == []
 

@@ -22,7 +22,7 @@ from support.processes import eventually
 from support.sessions import QUIET, migrated
 from support.terminal import terminal
 
-from pitchlore.flows.server import Keeper, Process
+from pitchlore.flows.server import Keeper, Process, database
 from pitchlore.pipeline.engine.history import log
 from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
@@ -58,14 +58,14 @@ def test_run_states(tmp_path, capsys):
 def test_serve_alone(tmp_path, monkeypatch):
     """Without a server, serve starts one, does the runs that are due one by one, and takes the server with it."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    migrated(Keeper(tmp_path).folder)
+    migrated(Keeper(tmp_path).folder, database())
     (tmp_path / "inbox").mkdir()
     clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
     often = {"COLUMNS": "400", "PREFECT_RUNNER_POLL_FREQUENCY": "1"}
     with terminal("serve", "--data", tmp_path, environment=often) as command:
         command.until("prefect deployment run run/pitchlore")
         api = re.search(r"PREFECT_API_URL=(\S+)", command.text)[1]
-        assert Keeper(tmp_path).look().record.api == api
+        assert Keeper(tmp_path).look().api == api
         while not (found := httpx.get(f"{api}/deployments/name/run/pitchlore")).is_success:
             assert command.process.poll() is None
         for _ in range(2):
@@ -81,7 +81,7 @@ def test_serve_alone(tmp_path, monkeypatch):
         command.press()
         assert command.end(20.0) in (0, 130)
         assert command.left(20.0) == []
-    assert Keeper(tmp_path).look() == (False, None)
+    assert Keeper(tmp_path).look() is None
 
 
 @pytest.mark.usefixtures("prefect_server")
@@ -231,7 +231,7 @@ def operated(tmp_path, monkeypatch, prefect_server):
     server = Process(environment)
     try:
         server.wait()
-        here = Operated(tmp_path, environment | {"PREFECT_API_URL": server.api})
+        here = Operated(tmp_path, environment | {"PREFECT_API_URL": server.record.api})
         (here.data / "inbox").mkdir(parents=True)
         clip(0.0, 5.0).write_csv(here.data / "inbox" / "derby.csv")
         yield here

@@ -248,7 +248,6 @@ def test_command(store, tmp_path, capsys):
     assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", capsys.readouterr().out.replace("\n", ""))
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_after_a_run(tmp_path, capsys):
     """Where the settings say so, a run brings the pages up to date; a page that cannot be written is one failure."""
     (tmp_path / "data" / "inbox").mkdir(parents=True)

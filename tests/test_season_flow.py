@@ -1,6 +1,5 @@
 """Seasons through Prefect and the command line: several at once, failures on their own, killed and gone on with."""
 
-import os
 import signal
 import subprocess
 import time
@@ -11,15 +10,12 @@ from support.processes import pitchlore
 
 from pitchlore.flows import season as loop
 from pitchlore.flows.cli import main
-from pitchlore.flows.season import season_flow
 from pitchlore.pipeline.base.errors import StorageFailed
-from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Games, Growth
-
-pytestmark = pytest.mark.usefixtures("prefect_server")
 
 SHORT = 'base = "paper"\ngames = 3\nlead_from = 3\n[referee]\nduration_s = 20'
 #: What is really played.
@@ -30,15 +26,15 @@ def season(seed, text=SHORT):
     return Season(name="short", opponent="static", seed=seed, settings=parse(text, where="short.toml"))
 
 
-def flow(data, *seasons, on):
-    return StageReport.model_validate(season_flow(data, list(seasons), on=on))
+def played(data, *seasons, on):
+    return play_seasons(data, list(seasons), on=on)
 
 
 @pytest.fixture(scope="module")
-def together(tmp_path_factory, prefect_server):
+def together(tmp_path_factory):
     """A data folder with two seasons that two processes played at once."""
     data = tmp_path_factory.mktemp("together")
-    report = flow(data, season(1, SHORTER), season(2, SHORTER), on="processes:2")
+    report = played(data, season(1, SHORTER), season(2, SHORTER), on="processes:2")
     assert report.failed == {}
     assert sorted(report.made) == [f"short-static-{seed} game {game}" for seed in (1, 2) for game in (1, 2)]
     return data
@@ -55,7 +51,7 @@ def test_seasons_at_once(together):
         assert growth.height == 6
         matches.append(games["match_id"].to_list())
     assert not set(matches[0]) & set(matches[1])
-    again = flow(together, season(1, SHORTER), season(2, SHORTER), season(2, SHORTER), on="processes:2")
+    again = played(together, season(1, SHORTER), season(2, SHORTER), season(2, SHORTER), on="processes:2")
     assert (again.made, again.kept, again.failed) == ([], 2, {})
 
 
@@ -64,7 +60,7 @@ def test_jobs(tmp_path, monkeypatch):
     met = Barrier(3, timeout=60)
     monkeypatch.setattr(loop, "take", lambda *_: met.wait())
     one_game = SHORT.replace("games = 3", "games = 1")
-    report = flow(tmp_path, *(season(seed, one_game) for seed in range(6)), on="threads:3")
+    report = played(tmp_path, *(season(seed, one_game) for seed in range(6)), on="threads:3")
     assert (len(report.made), report.failed) == (6, {})
 
 
@@ -82,7 +78,7 @@ def test_failed_season(tmp_path, monkeypatch):
 
     monkeypatch.setattr(loop, "take", take)
     longer = season(4, SHORT.replace("games = 3", "games = 4"))
-    report = flow(tmp_path, *map(season, (1, 2, 3)), longer, on="threads:1")
+    report = played(tmp_path, *map(season, (1, 2, 3)), longer, on="threads:1")
     assert report.failed == {
         "short-static-1 game 2":
             "unexpected ValueError: a bug, say. Run again with --debug and report what it says.",
@@ -96,15 +92,13 @@ def test_failed_season(tmp_path, monkeypatch):
         (4, 1), (1, 1), (2, 1), (4, 2), (2, 2), (4, 3), (2, 3), (4, 4))]
 
 
-def test_killed_season(together, tmp_path, prefect_server):
+def test_killed_season(together, tmp_path):
     """A season that was killed during a game goes on to the same tables as one that was not."""
     (tmp_path / "short.toml").write_text(SHORTER)
     data, own = tmp_path / "data", season(1, SHORTER)
     words = ["season", "--settings", str(tmp_path / "short.toml"), "--data", str(data)]
     process = subprocess.Popen(
-        pitchlore(*words),
-        env={**os.environ, "PREFECT_API_URL": prefect_server},
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        pitchlore(*words), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )
     deadline = time.monotonic() + 120
     folder = data / "seasons" / own.id

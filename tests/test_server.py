@@ -6,35 +6,41 @@ import json
 import os
 import signal
 import socket
+import sqlite3
 import subprocess
 import threading
+import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from pathlib import Path
 
 import pytest
-from support.processes import alive, pitchlore
+from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
-from pitchlore.flows.server import Keeper, Kept, Process, ServerFailed
-from pitchlore.flows.serving import serving
+from pitchlore.flows.server import Keeper, Kept, Process, ServerFailed, database, named
 from pitchlore.pipeline.store.sealed import pretty
 
 pytestmark = pytest.mark.slow
 
-#: Stands in for uvicorn, so that a server starts at once: what it does then is Prefect's.
+#: Stands in for uvicorn, so that a server starts at once: it answers everything with its headers.
 UVICORN = """
 import asyncio
 class Config:
-    def __init__(self, *_, **__): pass
+    def __init__(self, *_, headers, **__): self.headers = headers
 class Server:
     started = False
-    def __init__(self, config): pass
+    def __init__(self, config): self.headers = config.headers
     async def startup(self, sockets=None): self.started = True
     def run(self, sockets=None): asyncio.run(self.serve(sockets))
     async def serve(self, sockets):
+        said = "".join(f"{name}: {value}\\r\\n" for name, value in self.headers)
+        async def answer(reader, writer):
+            await reader.readuntil(b"\\r\\n\\r\\n")
+            writer.write(f"HTTP/1.0 200 OK\\r\\n{said}\\r\\n".encode())
+            writer.close()
+        serving = await asyncio.start_server(answer, sock=sockets[0])
         await self.startup(sockets)
-        await asyncio.sleep(600)
+        await serving.serve_forever()
 """
 
 
@@ -118,13 +124,19 @@ def test_dead_server(uvicorn, data, call):
 
 
 def test_stale_record(data):
-    """A stale record harms no process that has its number by now: this one, here."""
+    """A stale record harms no process that has its number by now, this one, nor trusts one that has its port."""
     keeper = Keeper(data)
     keeper.folder.mkdir()
-    (keeper.folder / "server.json").write_bytes(pretty(Kept(pid=os.getpid(), port=1)))
-    assert keeper.look() == (False, Kept(pid=os.getpid(), port=1))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        record = Kept(pid=os.getpid(), port=taken.getsockname()[1], token="0")
+        (keeper.folder / "server.json").write_bytes(pretty(record))
+        answering = threading.Thread(target=lambda: taken.accept()[0].sendall(b"HTTP/1.0 200 OK\r\n\r\n"))
+        answering.start()
+        assert keeper.look() == record
+        assert keeper.alive is None
+        answering.join()
     assert keeper.stop() is None
-    assert keeper.look() == (False, None)
+    assert keeper.look() is None
 
 
 def test_taken_port(data, call):
@@ -153,39 +165,44 @@ def test_stopped_start(uvicorn, data, end):
     uvicorn("import time; time.sleep(600)")
     with terminal("server", "start", "--data", data, before="print('begun', flush=True)") as command:
         command.until("begun")
-        while not Keeper(data).look().alive:
+        while not Keeper(data).log.exists():
             assert command.process.poll() is None
+        time.sleep(0.5)
         os.kill(command.process.pid, end)
         assert command.end(20.0) in (130, -signal.SIGKILL)
         assert command.left(20.0) == []
-    assert Keeper(data).look() == (False, None)
+    assert Keeper(data).look() is None
 
 
-@pytest.mark.usefixtures("prefect_server")
 def test_server_of_the_folder(data, monkeypatch, call):
-    """Flows talk to the data folder's server, and when it has died to another, which is said."""
-    from prefect.settings import PREFECT_API_URL
-
+    """Work is a flow where the data folder keeps a server, and none where that has died; its database is there."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    other, said = PREFECT_API_URL.value(), []
-    migrated(Keeper(data).folder)
+    migrated(Keeper(data).folder, database())
     code, out, _ = call("server", "start", "--json", "--data", data)
     kept = json.loads(out)
     assert code == 0
-    with serving(data, said.append) as ready:
-        ready()
-        assert PREFECT_API_URL.value() == kept["api"] != other
-    assert (PREFECT_API_URL.value(), said) == (other, [])
+    assert named(data) == kept["api"]
+    assert call("run", "--data", data)[0] == 0
+    with sqlite3.connect(data / "server" / database()) as connection:
+        assert connection.execute("select name from flow").fetchall() == [("run",)]
     with socket.create_connection(("127.0.0.1", int(kept["ui"].rsplit(":", 1)[1]))) as asked:
         asked.sendall(b"GET /runs HTTP/1.0\r\nAccept: text/html\r\n\r\n")
         assert b"200 OK" in asked.recv(64)  # its pages are there
     os.kill(kept["pid"], signal.SIGKILL)
-    while Keeper(data).look().alive:
-        pass
-    with serving(data, said.append) as ready:
-        ready()
-        assert PREFECT_API_URL.value() == other
-    assert said == [f"The Prefect server of {data} has died; this command brings its own. `pitchlore server start` starts it again."]
+    eventually(lambda: named(data) is None)
+    assert call("run", "--data", data)[0] == 0
+
+
+def test_closed_folder(tmp_path, monkeypatch):
+    """The server of a folder that is closed to the user is kept in the user's own folder, by the folder's name."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    (tmp_path / "league").mkdir()
+    assert Keeper(tmp_path / "league").folder == tmp_path / "league" / "server"
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    folders = [Keeper(tmp_path / name / "league").folder for name in ("one", "two")]
+    assert [folder.parent for folder in folders] == [tmp_path / "state" / "pitchlore"] * 2
+    assert len(set(folders)) == 2
+    assert all(folder.name.startswith("league-") for folder in folders)
 
 
 class Pages(BaseHTTPRequestHandler):
@@ -211,27 +228,19 @@ def pages():
         thread.join()
 
 
-def something_new(data):
-    """A file in the inbox: a run that has nothing to do asks for no server."""
-    (Path(data) / "inbox").mkdir(parents=True, exist_ok=True)
-    (Path(data) / "inbox" / "x.csv").touch()
-
-
 @pytest.mark.parametrize("words", [("import", "x.csv"), ("serve",)])
 def test_nobody_at_address(data, words, monkeypatch):
     """An address where no server answers is told in one line, without a traceback."""
-    something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
     code, out, err = ended(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
-    assert err.endswith("). Start it, or correct PREFECT_API_URL in the environment, .env or prefect.toml.\n")
+    assert err.endswith("). Start it, or correct PREFECT_API_URL in the environment.\n")
     assert "Traceback" not in err
 
 
 def test_address_without_api(data, pages, monkeypatch):
     """An address without Prefect's API is told in one line that names the address to set."""
-    something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", pages)
     code, out, err = ended("run", "--data", data)
     assert (code, out) == (1, "")

@@ -50,11 +50,10 @@ class Installed:
     def __init__(self, bin_: Path, folder: Path) -> None:
         self.bin, self.folder = bin_, folder
 
-    def run(self, *command: str, server: str = "") -> str:
-        """Standard output of a command; it must succeed. It brings its own Prefect server if none is named."""
+    def run(self, *command: str) -> str:
+        """Standard output of a command; it must succeed."""
         environment = {name: value for name, value in os.environ.items()
                        if name not in ("PYTHONPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR", "PREFECT_API_URL")}
-        environment |= {"PREFECT_API_URL": server} if server else {}
         done = subprocess.run([self.bin / command[0], *command[1:]], cwd=self.folder, env=environment,
                               capture_output=True, text=True)
         assert done.returncode == 0, f"{command}:\n{done.stdout}\n{done.stderr}"
@@ -112,8 +111,8 @@ def test_files(wheel):
 
 
 @pytest.mark.slow
-def test_away_from_the_checkout(installed, prefect_server):
-    """Run, replay, season and the notebooks work from the wheel in an empty folder; the run brings its own server."""
+def test_away_from_the_checkout(installed):
+    """Run, replay, season and the notebooks work from the wheel in an empty folder."""
     where = installed.run("python", "-c", "import pitchlore; print(pitchlore.__file__)")
     assert not Path(where).is_relative_to(ROOT)
     assert Path(where).is_relative_to(installed.bin.parent)
@@ -127,8 +126,7 @@ def test_away_from_the_checkout(installed, prefect_server):
     (page,) = (installed.folder / "data" / "replays").glob("*.html")
     assert "<script" in page.read_text(encoding="utf-8")
     played = json.loads(installed.run(
-        "pitchlore", "season", "--settings", "tiny.toml", "--opponent", "static", "--json",
-        server=prefect_server))
+        "pitchlore", "season", "--settings", "tiny.toml", "--opponent", "static", "--json"))
     assert [row["games"] for row in played["seasons"]] == [1]
 
     installed.run("pitchlore", "notebooks", "--no-open")

@@ -12,6 +12,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.playing import (
     AS_LEARNED,
     AS_USUAL,
@@ -23,14 +24,12 @@ from pitchlore.flows.commands.playing import (
     Seed,
     option,
 )
-from pitchlore.flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
+from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in
 from pitchlore.pipeline.arena.match.recipe import slug
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import renew
-from pitchlore.pipeline.engine.evaluations import evaluate
-from pitchlore.pipeline.engine.placement.places import crew_at
-from pitchlore.pipeline.engine.progress import listener
+from pitchlore.pipeline.engine.evaluations import Played, evaluate, measure
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from pitchlore.pipeline.store import Store
@@ -88,14 +87,14 @@ def evaluate_team(
     opponents = opponents or [entrant(store, word, policies) for word in PANEL]
     seeds = range(seed, seed + matches // 2)
     evaluations = [Evaluation(**how.of_match(), team=team, opponent=opponent) for opponent in opponents]
-    with crew_at(on, store.root) as crew, bars() as progress:
-        listener.set(progress)
-        found = [evaluate(store, evaluation, seeds, policies, crew) for evaluation in evaluations]
+    play = perform(store, "evaluation_flow", Played, measure)
+    played = play(store.root, evaluations, [*words, *(PANEL if panel else ())], seed, len(seeds), on).pairs
     given = {"settings": playing.settings, "robots": playing.robots, **asdict(learners)}
     options = [_option(name, value) for name, value in given.items() if value is not None]
     measured = [
-        _Measurement(evaluation, seeds, rows, summarise(rows), 2 * played, options)
-        for evaluation, (rows, played) in zip(evaluations, found, strict=True)
+        _Measurement(evaluation, seeds, rows, summarise(rows), 2 * new, options)
+        for evaluation, new in zip(evaluations, played, strict=True)
+        for rows in [evaluate(store, evaluation, seeds, policies)[0]]
     ]
     if json:
         said = [one.plain() for one in measured]

@@ -10,13 +10,13 @@ import polars as pl
 from cyclopts import Parameter
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
-from pitchlore.pipeline.engine.catalog import refresh_into
-from pitchlore.pipeline.engine.matches import Recording, all_here, with_map
+from pitchlore.pipeline.engine.matches import Recording, with_map
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.run import import_recordings
 from pitchlore.pipeline.importers.football.providers import PROVIDERS, provider_of
 from pitchlore.pipeline.importers.readers import FORMATS
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings
@@ -75,19 +75,12 @@ def import_files(
 
 def bring_in(
     store: Store, recordings: list[Recording], limits: ImportSettings = ImportSettings(),
-    on: str | None = None, history: HistorySettings = HistorySettings(),
+    on: str | None = None, history: HistorySettings = HistorySettings(), *, as_flow: bool = False,
 ) -> StageReport:
-    """Import recordings. Prefect starts only if one of them is new."""
+    """Import recordings."""
     place_of(on)  # so that a word that names none is refused at once
-    report = all_here(store, recordings, limits)
-    if report is None:
-        with orchestrated(store) as begin:
-            from pitchlore.flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
-
-            begin()
-            report = StageReport.model_validate(matches_flow(store.root, recordings, limits, on, history))
-    refresh_into(store, report)
-    return report
+    return perform(store, "matches_flow", StageReport, import_recordings, as_flow=as_flow)(
+        store.root, recordings, limits, on, history)
 
 
 def _print_matches(store: Store, report: StageReport) -> None:

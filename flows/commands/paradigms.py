@@ -6,7 +6,6 @@ import json as encoder
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Thread
 from typing import Annotated, Literal
 
 import polars as pl
@@ -14,9 +13,9 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
-from pitchlore.flows.paradigms import paradigms_flow
+from pitchlore.flows.paradigms import play_paradigms
 from pitchlore.pipeline.engine.outputs import need
 from pitchlore.pipeline.engine.paradigms import FigureReport, points_of, reports
 from pitchlore.pipeline.engine.placement.places import place_of
@@ -25,7 +24,6 @@ from pitchlore.pipeline.numbers.statistics import wilson
 from pitchlore.pipeline.paradigms.claims import PEAK
 from pitchlore.pipeline.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
 from pitchlore.pipeline.paradigms.measures import PRINTED, fresh_leads
-from pitchlore.pipeline.paradigms.runner import warm_up
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Verdicts
 
@@ -76,10 +74,7 @@ def paradigms(
     )
     store = common.store
     place_of(on)  # so that a word that names none is refused at once
-    Thread(target=warm_up, daemon=True).start()  # what is compiled is compiled while Prefect starts
-    with orchestrated(store) as begin:
-        begin()
-        done = StageReport.model_validate(paradigms_flow(store.root, design, on))
+    done = perform(store, "paradigms_flow", StageReport, play_paradigms)(store.root, design, on)
     told = [report for report in reports(design) if not {report.name, *report.sweeps} & set(done.failed)]
     if json:
         print_json([{"figure": report.figure, "points": points_of(store, report).to_dicts(),

@@ -16,9 +16,9 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError
 from pitchlore.pipeline.engine.catalog import renew
-from pitchlore.pipeline.engine.placement.pieces import spread
 from pitchlore.pipeline.engine.placement.places import crew_at
 from pitchlore.pipeline.engine.record import record_match, unplayed
+from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.importers.packets.streams import Stream
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches, note_on

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import sys
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Literal
 
 import polars as pl
 from cyclopts import Parameter
 
+from pitchlore.flows import work
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import (
     console,
     print_failed,
@@ -20,11 +20,9 @@ from pitchlore.flows.commands.printing import (
     print_training,
     spelt,
 )
-from pitchlore.pipeline.base.errors import StorageFailed
-from pitchlore.pipeline.engine.catalog import catalog_path, refresh_after
-from pitchlore.pipeline.engine.history import Note
+from pitchlore.pipeline.engine.catalog import catalog_path
 from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
-from pitchlore.pipeline.engine.placement.places import place_of, placed
+from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import ALL
 from pitchlore.pipeline.game.pitch import Kind
@@ -41,6 +39,7 @@ def run(
     team: Annotated[tuple[str, ...], Parameter(negative=())] = (),
     train: bool = True,
     isolate: Flag = False,
+    flow: Flag = False,
     on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -54,6 +53,7 @@ def run(
             settings say, else all).
         train: Train a policy when the knowledge is new.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
+        flow: Run as a Prefect flow. Without a server the data folder's is started, and ends with the run.
         on: Where work is done.
         json: Print the report as JSON.
         common: Options of every command.
@@ -62,7 +62,7 @@ def run(
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_up_to_date(
         store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history,
-        scout=chosen.scout)
+        scout=chosen.scout, as_flow=flow)
     if json:
         print_json(report.model_dump())
     else:
@@ -79,32 +79,12 @@ def _restricted(settings: RunSettings, kind: str | None, team: tuple[str, ...]) 
 def bring_up_to_date(
     store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True,
     on: str | None = None, history: HistorySettings = HistorySettings(),
-    scout: ScoutSettings = ScoutSettings(),
+    scout: ScoutSettings = ScoutSettings(), as_flow: bool = False,
 ) -> RunReport:
-    """Run all stages. Prefect starts only if something is new."""
+    """Run all stages."""
     place_of(on)  # so that a word that names none is refused at once
-    from pitchlore.pipeline.engine.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
-
-    note = Note("run")
-    report = nothing_new(store, settings, limits, train=train)
-    if report is None:
-        with orchestrated(store) as begin:
-            from pitchlore.flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
-
-            begin()
-            done = run_flow(store.root, None, settings, train, limits, on, history, scout)
-            report = RunReport.model_validate(done)
-    else:
-        refresh_after(store, report)
-        if scout.refresh:
-            from pitchlore.pipeline.views.scout.content.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
-
-            with placed(on, store.root):
-                write_after(store, report)
-        note.report = report
-        with suppress(StorageFailed):  # nothing was made; a folder that nobody may write can be looked at
-            note.write(store, history)
-    return report
+    return perform(store, "run_flow", RunReport, work.run, as_flow=as_flow)(
+        store.root, None, settings, train, limits, on, history, scout)
 
 
 def _print_run(store: Store, report: RunReport) -> None:

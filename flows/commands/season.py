@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from cyclopts.types import PositiveInt
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
-from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.playing import Seed
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
 from pitchlore.flows.sitting import check_person_can_play, sit
@@ -23,6 +23,7 @@ from pitchlore.pipeline.engine.catalog import refresh_into
 from pitchlore.pipeline.engine.games import next_of
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, note_on
@@ -81,7 +82,7 @@ def season(
     if PERSON in opponents:
         report = _in_person(store, wanted, on, now, discard, say=not json)
     else:
-        report = _by_flow(store, wanted, on, now, discard)
+        report = _against_scripts(store, wanted, on, now, discard)
     rows, damaged = _summary(store, wanted)
     report.failed |= damaged
     if json:
@@ -97,7 +98,7 @@ def season(
     sys.exit(1 if report.failed else 0)
 
 
-def _by_flow(
+def _against_scripts(
     store: Store, wanted: list[Season], on: str | None, now: int | None, discard: bool
 ) -> StageReport:
     """Play seasons against scripts, several at once.
@@ -109,11 +110,7 @@ def _by_flow(
         raise BadSettings("only a person plays some games now and some later", where="--now",
                           next_step="Leave it out, or name --opponent person")
     place_of(on)  # so that a word that names none is refused at once
-    with orchestrated(store) as begin:
-        from pitchlore.flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
-
-        begin()
-        return StageReport.model_validate(season_flow(store.root, wanted, discard, on))
+    return perform(store, "season_flow", StageReport, play_seasons)(store.root, wanted, discard, on)
 
 
 def _in_person(

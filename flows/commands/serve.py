@@ -6,9 +6,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, On
-from pitchlore.flows.commands.printing import console, warn
-from pitchlore.flows.server import Keeper
-from pitchlore.flows.serving import serving, there_is_one
+from pitchlore.flows.commands.printing import console
+from pitchlore.flows.server import Keeper, named
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.placement.places import place_of
 
@@ -34,10 +33,10 @@ def serve(
     store, chosen = common.store, common.settings(settings)
     place_of(on or chosen.placement.on)  # so that a word that names none is refused at once
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
-    from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
     from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
 
     from pitchlore.flows.scheduled import scheduled_run  # noqa: PLC0415
+    from pitchlore.flows.serving import serving  # noqa: PLC0415
 
     bad = BadSettings(f"{cron!r} is not a schedule", where="--cron",
                       next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"')
@@ -48,12 +47,14 @@ def serve(
     except ValueError as error:
         raise bad from error
     with ExitStack() as stack:
-        if not there_is_one(store.root, warn):
+        url = named(store.root)
+        if url is None:
             server = stack.enter_context(Keeper(store.root).running())
             console().print(f"started {server.ui}, which ends with this", highlight=False)
-        stack.enter_context(serving(store.root, warn))()
+            url = server.api
+        stack.enter_context(serving(url))
         console().print(
-            f"serving {store.where} at {cron!r}; to run at once: PREFECT_API_URL={PREFECT_API_URL.value()}"
+            f"serving {store.where} at {cron!r}; to run at once: PREFECT_API_URL={url}"
             f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
         scheduled_run.serve(
             # one at a time: after a sleep of the machine a hundred may be late

@@ -28,7 +28,7 @@ def start(*, port: Port = 0, json: Json = False, common: Common = DEFAULTS) -> N
         print_json({"running": True, "new": new, "ui": record.ui, "api": record.api, "pid": record.pid})
         return
     console().print(f"{'started' if new else 'runs already'}: {record.ui}", soft_wrap=True)
-    console().print("import, run, train, season, paradigms and serve use it from now on", soft_wrap=True)
+    console().print("All commands that make something use it from now on", soft_wrap=True)
 
 
 def stop(*, common: Common = DEFAULTS) -> None:
@@ -49,15 +49,13 @@ def status(*, json: Json = False, common: Common = DEFAULTS) -> None:
         common: Options of every command.
     """
     keeper = Keeper(common.existing.root)
-    alive, record = keeper.look()
-    running = alive and record is not None
+    record = keeper.look()
+    running = record is not None and record.answers
     if json:
         where = {"ui": record.ui, "api": record.api, "pid": record.pid} if running and record else {}
         print_json({"running": running, **where})
     elif running and record:
         console().print(f"runs: {record.ui} (process {record.pid})", soft_wrap=True)
-    elif alive:
-        console().print("a server is starting", soft_wrap=True)
     elif record:
         console().print(f"the server has died (process {record.pid}); its log is {keeper.log}",
                         soft_wrap=True)

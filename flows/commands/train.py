@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
-from pitchlore.flows.commands.orchestrated import orchestrated
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_json, print_training
 from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.run import VersionReport, train_policy
 
 
 def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
@@ -19,16 +20,13 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    with orchestrated(store) as begin:
-        from pitchlore.flows.tasks import flow_of  # noqa: PLC0415 (see orchestrated)
-
-        begin()
-        done = flow_of("policies")(store.root, chosen, history=chosen.history)
+    done = perform(store, "training_flow", VersionReport, train_policy)(
+        store.root, chosen, history=chosen.history)
     if json:
-        print_json(done)
-    elif done["new"]:
-        console().print(f"policy version {done['version']} trained")
+        print_json(done.model_dump())
+    elif done.new:
+        console().print(f"policy version {done.version} trained")
         print_training(store)
     else:
-        console().print(f"nothing to learn that policy version {done['version']} has not learned")
+        console().print(f"nothing to learn that policy version {done.version} has not learned")
     renew(store)

@@ -4,13 +4,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import polars as pl
+from pydantic import BaseModel
 
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.engine.placement.crew import Crew, Here
-from pitchlore.pipeline.engine.placement.pieces import spread
+from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import listener
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.tasks import runner, spread
+from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation, Pair, play
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
@@ -48,10 +51,50 @@ def evaluate(
     listener.get().begin(NOUN, len(todo))
     data = crew.path(store.root)
     pieces = ((pair.name, {"data": data, "pair": pair, "policies": policies}) for pair in todo)
-    for name, rows in spread(crew, play_pair, pieces, len(todo)):
+    for name, rows in spread(crew, play_pair, pieces, len(todo), task="pair"):
         there[rows["seed"][0]] = rows
         listener.get().advance(NOUN, name)
     return pl.concat([there[seed] for seed in pairs]), len(todo)
+
+
+class Played(BaseModel):
+    """Outcome of a measurement.
+
+    Attributes:
+        pairs: number of pairs of matches that were played now, for each evaluation; the others were there.
+    """
+
+    pairs: list[int]
+
+
+def measure(
+    data: Path, evaluations: list[Evaluation], teams: list[str], seed: int, pairs: int, on: str | None = None
+) -> Played:
+    """Play the missing pairs of some evaluations; :func:`evaluate` then finds the results.
+
+    Args:
+        data: the data folder.
+        evaluations: settings of each.
+        teams: words of all teams (:func:`pipeline.engine.teams.entrant`), whose policies play.
+        seed: seed of the first pair.
+        pairs: number of pairs of each evaluation; each later pair has the next seed.
+        on: where matches are played, as for :func:`pipeline.engine.placement.places.place_of`.
+
+    Raises:
+        BadSettings, NotFound: if a word names no team.
+        WorkerLost: if a worker was lost; pairs that had ended are stored.
+    """
+    store, policies = Store(data), dict[str, PolicyTables]()
+    for word in teams:
+        entrant(store, word, policies)
+    seeds = range(seed, seed + pairs)
+    with placed(on, store.root) as crew:
+        found = [evaluate(store, evaluation, seeds, policies, crew)[1] for evaluation in evaluations]
+    runner.get().show(
+        lambda: "\n".join(f"- {one.team.name} against {one.opponent.name}: {new} of {pairs} pairs played now"
+                          for one, new in zip(evaluations, found, strict=True)),
+        key="evaluation", description="what was played")
+    return Played(pairs=found)
 
 
 def play_pair(data: Path, pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:

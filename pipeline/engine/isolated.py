@@ -28,8 +28,10 @@ _LOADED = ["pitchlore.pipeline.engine.isolated", "pitchlore.pipeline.importers.r
 _TRUST = "Remove it; if you trust it, raise {} in the [imports] settings"
 
 
-def read_isolated(paths: Sequence[Path], source: SourceFile, mapping: TrackingMap) -> MatchLog:
-    """The match of a recording, read in a process of its own.
+def read_isolated(
+    paths: Sequence[Path], source: SourceFile, mapping: TrackingMap
+) -> tuple[MatchLog, Content]:
+    """The match of a recording, read in a process of its own, and its log's bytes.
 
     That process sends back a log of ours, or an error as JSON: nothing from it is executed.
 
@@ -69,7 +71,7 @@ def read_isolated(paths: Sequence[Path], source: SourceFile, mapping: TrackingMa
         said = json.loads(data)
         found = getattr(errors, said["error"], PitchloreError)
         raise found(said["what"], where=said["where"], next_step=said["next_step"])
-    return log.read(data, where=source.name)
+    return log.read(data, where=source.name), data
 
 
 @cache

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import polars as pl
 from pydantic import BaseModel, field_serializer
@@ -15,7 +16,6 @@ from pitchlore.pipeline.base.errors import BadRecording, CorruptFile, DamagedLog
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.isolated import read_isolated
-from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.recognised import warm, with_recognition
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.importers.packets.recording import Recording as PacketRecording
@@ -133,10 +133,30 @@ def with_map(file: Path) -> Recording:
     return Recording(file=file, mapping=next((m for m in maps if os.path.lexists(m)), None))
 
 
+class Imported(NamedTuple):
+    """Outcome of the import of a recording.
+
+    Attributes:
+        receipt: of its match.
+        new: whether the match was made now.
+        sha256: of the recording's content.
+    """
+
+    receipt: Receipt
+    new: bool
+    sha256: str
+
+
 def import_recording(
     store: Store, recording: Recording, limits: ImportSettings = ImportSettings()
 ) -> tuple[Receipt, bool]:
-    """Receipt of a recording's match, imported if need be, and whether it is new.
+    """Receipt of a recording's match, and whether it is new; as for :func:`take_in`."""
+    receipt, new, _ = take_in(store, recording, limits)
+    return receipt, new
+
+
+def take_in(store: Store, recording: Recording, limits: ImportSettings = ImportSettings()) -> Imported:
+    """The match of a recording, imported if need be. The recording is opened and hashed once.
 
     The same content is the same match: under another name, gzipped or not, or as the log that we made from
     it. A match is imported again only if its files are damaged or lost, if its stage has another version,
@@ -180,7 +200,7 @@ def _opened(
 def _import(
     store: Store, recording: Recording, parts: list[tuple[str, Octets]], limits: ImportSettings,
     check: Callable[[], None],
-) -> tuple[Receipt, bool]:
+) -> Imported:
     """Import an open recording; ``check`` raises StillWritten if it has changed."""
     given = _mapping(store, recording.mapping)
     name = slug(recording.file.name)  # until its content is known
@@ -193,22 +213,25 @@ def _import(
         settings = mapping.settings()
         if there is not None and _stands(store, there, source.sha256, settings):
             store.release("matches", name)
-            return there, False
+            return Imported(there, False, source.sha256)
         source = source if there is None else source.named(there.name)
-        match = read_match(source, mapping, recording.files() if limits.isolate else None)
+        match, data = read_match(source, mapping, recording.files() if limits.isolate else None)
         check()
+        data = log.packed(match) if data is None else data
         with store.locked("matches"):
-            receipt, new = _commit(store, match, source.sha256, settings)
+            receipt, new = _commit(store, match, data, source.sha256, settings)
     except Exception as error:
         if not getattr(error, "transient", False):
             check()
             store.quarantine("matches", name, error)
         raise
     store.release("matches", name)
-    return receipt, new
+    return Imported(receipt, new, source.sha256)
 
 
-def read_match(source: SourceFile, mapping: TrackingMap, isolated: Sequence[Path] | None = None) -> MatchLog:
+def read_match(
+    source: SourceFile, mapping: TrackingMap, isolated: Sequence[Path] | None = None
+) -> tuple[MatchLog, Content | None]:
     """The match of a recording, with the flaws that its plausibility checks and the recogniser find.
 
     Args:
@@ -216,14 +239,20 @@ def read_match(source: SourceFile, mapping: TrackingMap, isolated: Sequence[Path
         mapping: how to read a tracking table.
         isolated: the recording's files, to be read in a process of its own; None: it is read in this one.
 
+    Returns:
+        The match, and the bytes of its log if reading gave them.
+
     Raises:
         BadRecording, DamagedLog: if the recording gives no match.
     """
-    if is_ours(source):
-        return read(source, mapping) if isolated is None else read_isolated(isolated, source, mapping)
-    warm()
-    match = read(source, mapping) if isolated is None else read_isolated(isolated, source, mapping)
-    return with_recognition(match)
+    if not is_ours(source):
+        warm()
+    if isolated is None:
+        match, data = read(source, mapping), None
+    else:
+        match, data = read_isolated(isolated, source, mapping)
+    judged = match if is_ours(source) else with_recognition(match)
+    return judged, data if judged is match else None
 
 
 def _same_recording(store: Store, *hashes: str | None) -> Receipt | None:
@@ -264,8 +293,10 @@ def _kept(receipt: Receipt | None) -> TrackingMap:
     return fitted(TrackingMap, dict(receipt.settings), f"the map of {receipt.name}", "Give one: --map FILE")
 
 
-def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:
-    """Commit a match, unless the store has it. Returns its receipt, and whether it is new.
+def _commit(
+    store: Store, match: MatchLog, data: Content, sha256: str, settings: dict[str, object]
+) -> tuple[Receipt, bool]:
+    """Commit a match, ``data`` as a log, unless the store has it. Returns its receipt, and whether it is new.
 
     If a match of the same id was made from another recording, the complete one of the two stays. The noun
     is locked meanwhile: if two threads import the same content, the second finds the match of the first.
@@ -277,7 +308,6 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     if there is not None and there.name != match.info.match_id:
         return there, False
     name = match.info.match_id
-    data = log.packed(match)
     there = store.readable("matches", name)
     if there is not None and store.intact(there):
         same_source = there.inputs["source"] == sha256
@@ -359,37 +389,24 @@ def _goals(match: MatchLog) -> object:
     return match.info.settings.get("goals", {"from": told_by})
 
 
-def all_here(
-    store: Store, recordings: Sequence[Recording], limits: ImportSettings = ImportSettings()
-) -> StageReport | None:
-    """The report of an import that finds every recording imported already, None if there is work.
+def standing(store: Store, recording: Recording, sha256: str) -> Receipt | None:
+    """The stored match of a recording of known content, None if it has to be imported.
 
-    An unreadable recording counts as work: its import reports the reason.
+    Args:
+        store: holds the match.
+        recording: its map counts, its files are not opened.
+        sha256: of its content.
     """
-    for recording in recordings:
-        there = _here(store, recording, limits)
-        if there is None:
-            return None
-        store.release("matches", there.name)
-    return StageReport(noun="matches", kept=len(recordings))
-
-
-def _here(store: Store, recording: Recording, limits: ImportSettings) -> Receipt | None:
-    """The stored match of a recording, None if there is none or if it has to be made anew."""
     try:
-        with _opened(store, recording, limits) as parts:
-            source = open_parts(parts, recording.provider, limits)
         mapping = _mapping(store, recording.mapping)
     except PitchloreError:
         return None
-    for there in store.receipts("matches"):
-        if there.inputs.get("source") == source.sha256:
-            settings = (there.settings if mapping is None else mapping.settings())
-            if _stands(store, there, source.sha256, dict(settings)):
-                return there
-        if there.files["log"].sha256 == source.sha256 and store.intact(there):
-            return there  # it is the log that we made ourselves
-    return None
+    there = _same_recording(store, sha256)
+    if there is None:
+        return None
+    settings = there.settings if mapping is None else mapping.settings()
+    own = there.files["log"].sha256 == sha256 and store.intact(there)  # it is the log that we made ourselves
+    return there if own or _stands(store, there, sha256, dict(settings)) else None
 
 
 def useless(store: Store) -> list[Path]:

@@ -10,13 +10,13 @@ from pitchlore.pipeline.engine.catalog import look
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
-from pitchlore.pipeline.engine.matches import PLAYING, WATCHING, all_here, inbox, mend, strangers
+from pitchlore.pipeline.engine.matches import mend
 from pitchlore.pipeline.engine.memo import Memo
 from pitchlore.pipeline.engine.outputs import match_names
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import Output, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.settings import ImportSettings, Settings
+from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 
@@ -24,10 +24,6 @@ from pitchlore.pipeline.store.receipts import Manifest
 Perform = Callable[[Mapping[Output, Sequence[Stage]], Settings, Scope], Iterator[tuple[Output, Outcome]]]
 #: Makes the next version of a noun unless one stands: its number, whether it is new, and what was spent.
 Emit = Callable[[Stage, Settings, Scope], tuple[int, bool, Spent]]
-
-
-class NewWork(Exception):
-    """Raised when there is something to make."""
 
 
 def scope_of(store: Store) -> Scope:
@@ -86,35 +82,12 @@ def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, 
     return new
 
 
-def nothing_new(
-    store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True
-) -> RunReport | None:
-    """The report of a run without work, None if there is something to import or to make."""
-    left = store.abandoned(PLAYING) + store.abandoned(WATCHING)
-    imported = None if left else all_here(store, inbox(store), limits)
-    if imported is None:
-        return None
-    imported.failed |= strangers(store)
-    report = RunReport(stages=[imported])
-    look_for_damage(store, report)
-
-    def refuse(*_: object) -> Iterator[tuple[Output, Outcome]]:
-        raise NewWork
-
-    def standing(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:
-        assert stage.plan is not None
-        own = stage.settings(settings)
-        plan = stage.plan(store, scope, own, stage)
-        found = plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
-        if found is None:
-            raise NewWork
-        return found.version, False, Spent()
-
-    try:
-        bring_up_to_date(store, settings, report, refuse, standing, train=train)
-    except NewWork:
-        return None
-    return report
+def standing_version(store: Store, stage: Stage, settings: Settings, scope: Scope) -> Manifest | None:
+    """The version that already holds what would be made next, None if there is work."""
+    assert stage.plan is not None
+    own = stage.settings(settings)
+    plan = stage.plan(store, scope, own, stage)
+    return plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
 
 
 def look_for_damage(store: Store, report: RunReport) -> None:

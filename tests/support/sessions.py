@@ -13,13 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from pitchlore.flows.server import DATABASE
-
-#: Where the session's processes find its folder: Prefect's homes are in it.
+#: Where the session's processes find its folder: Prefect's home is in it.
 FOLDER = "PITCHLORE_TESTS"
-#: In that folder: the home of the session's server, that of servers which commands bring, a migrated database.
-SERVED, HOME, MIGRATED = "served", "home", "migrated.db"
-#: A database of Prefect's with nothing in it, which the first session keeps for the next ones.
+#: Name of Prefect's database in its home.
+DATABASE = "prefect.db"
+#: A database of Prefect's, which a session keeps for the next servers.
 EMPTY = Path(__file__).parents[2] / ".cache" / f"prefect-{version('prefect')}.db"
 #: What no flow of ours needs of a server that tests share, and would cost it seconds.
 QUIET = {f"PREFECT_SERVER_SERVICES_{service}_ENABLED": "false" for service in (
@@ -39,26 +37,18 @@ def once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Pa
     return folder
 
 
-def keep_migrated() -> None:
-    """Keep the database of the session's server for other servers, which then need not make one (7 s)."""
-    here = Path(os.environ[FOLDER])
-    with (here / ".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if (here / MIGRATED).exists():
-            return
-        with (closing(sqlite3.connect(here / SERVED / DATABASE)) as served,
-              closing(sqlite3.connect(here / "copy.db")) as copy):
-            served.backup(copy)
-        if not EMPTY.exists():
-            EMPTY.parent.mkdir(exist_ok=True)
-            kept = Path(shutil.copy(here / "copy.db", EMPTY.with_suffix(f".{os.getpid()}")))
-            kept.rename(EMPTY)
-        (here / "copy.db").rename(here / MIGRATED)
-        migrated(here / HOME)
+def keep_migrated(home: Path) -> None:
+    """Keep the database of a server's home for other servers, which then need not make one (7 s)."""
+    EMPTY.parent.mkdir(exist_ok=True)
+    copy = EMPTY.with_suffix(f".{os.getpid()}")
+    with closing(sqlite3.connect(home / DATABASE)) as served, closing(sqlite3.connect(copy)) as kept:
+        served.backup(kept)
+    copy.replace(EMPTY)
 
 
-def migrated(home: Path) -> Path:
-    """A home of Prefect's that has been used: its server finds a database. Take ``prefect_server`` first."""
+def migrated(home: Path, name: str = DATABASE) -> Path:
+    """A home of Prefect's, whose server finds a database, if an earlier session has kept one."""
     home.mkdir(parents=True, exist_ok=True)
-    shutil.copy(Path(os.environ[FOLDER]) / MIGRATED, home / DATABASE)
+    if EMPTY.exists():
+        shutil.copy(EMPTY, home / name)
     return home

@@ -14,10 +14,10 @@ from harness import PITCHLORE, SAMPLE
 from hostile.make import HOSTILE
 from soak.processes import MARK
 from soak.questions import QUESTION, Row
+from support.idle import nothing_new
 
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import nothing_new
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import digest

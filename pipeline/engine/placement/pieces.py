@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from itertools import islice
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 from pitchlore.pipeline.base.errors import WorkerLost, in_one_line
 from pitchlore.pipeline.engine.placement.crew import Crew
-
-R = TypeVar("R")
 
 #: Named arguments of each piece of work, by its label.
 Pieces = Mapping[str, Mapping[str, Any]]
@@ -100,40 +96,6 @@ def each(function: Callable[..., Any], pieces: Pieces) -> dict[str, Any]:
                 raise
             results[label] = Failure(in_one_line(error), getattr(error, "transient", False))
     return results
-
-
-def spread(
-    crew: Crew, function: Callable[..., R], pieces: Iterable[tuple[str, Mapping[str, Any]]], count: int
-) -> Iterator[tuple[str, R]]:
-    """Do pieces of work without Prefect, as many at once as the crew can.
-
-    Args:
-        crew: executors of the tasks.
-        function: a module's function; does a piece.
-        pieces: label and named arguments of each; taken when somebody is free.
-        count: number of pieces.
-
-    Yields:
-        Label and result of each, as it ends.
-
-    Raises:
-        Exception: raised by the first piece that failed; pieces that have begun end, no other begins.
-    """
-    workers = crew if count > 1 else crew.alone()
-
-    def give(arguments: Mapping[str, Any]) -> R:
-        return workers.run(function, **arguments)
-
-    waiting = iter(pieces)
-    with ThreadPoolExecutor(workers.width) as threads:
-        running: dict[Future[R], str] = {}
-        while True:
-            for label, arguments in islice(waiting, workers.width - len(running)):
-                running[threads.submit(give, arguments)] = label
-            if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), future.result()
 
 
 def parted(pieces: Pieces, at_once: int, width: int) -> Iterator[Pieces]:

@@ -12,8 +12,8 @@ from markupsafe import Markup
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.engine.placement.crew import crew
-from pitchlore.pipeline.engine.placement.pieces import spread
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE, canonical, digest, source_hash
 from pitchlore.pipeline.views.commentary.words import called

@@ -3,34 +3,25 @@
 Seasons are played game by game (:mod:`pipeline.engine.games`), as many at once as there are workers.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from prefect.futures import PrefectFuture, as_completed
-
-from pitchlore.flows.jobs import stage_task
-from pitchlore.flows.tasks import data_folder, our_flow, show
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
 from pitchlore.pipeline.engine.catalog import refresh_into
 from pitchlore.pipeline.engine.games import NOUN, Turn, next_of, take
-from pitchlore.pipeline.engine.placement.crew import Crew
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport, listener
+from pitchlore.pipeline.engine.run import suspecting
+from pitchlore.pipeline.engine.tasks import runner
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 
 
-@stage_task(name="game")
-def play_game(name: str, workers: Crew, data: Path, turn: Turn, discard: bool) -> None:
-    """Let a crew play a game and learn from it."""
-    workers.run(take, workers.path(data), turn, discard)
-
-
-@our_flow(name="season")
-def season_flow(
+def play_seasons(
     data: Path, seasons: list[Season], discard: bool = False, on: str | None = None
-) -> dict[str, Any]:
+) -> StageReport:
     """Play the remaining games of some seasons, as many at once as the crew can.
 
     The games of a season follow each other. The season with most games left is next, so that all workers
@@ -41,27 +32,32 @@ def season_flow(
         seasons: seasons to play.
         discard: delete the logs and tables of a game after learning from it, except its sides and decisions.
         on: where games are played, as for :func:`pipeline.engine.placement.places.place_of`.
+
+    Returns:
+        The games that were played now; ``kept`` counts the seasons that were over already.
+
+    Raises:
+        BadSettings: if ``data`` is not a folder, or ``on`` names no place.
     """
-    store = data_folder(data)
+    store = suspecting(data)
     report = StageReport(noun=NOUN)
     waiting = list(_begin(store, seasons, report))
-    running: dict[PrefectFuture[Any], Turn] = {}
     with placed(on, store.root) as crew:
         workers = crew if len(waiting) > 1 else crew.alone()
-
-        while waiting or running:
-            while waiting and len(running) < workers.width:
-                turn = max(waiting, key=lambda turn: turn.left)
-                waiting.remove(turn)
-                running[play_game.submit(turn.label, workers, data, turn, discard)] = turn
-            future = next(as_completed(list(running)))
-            turn = running.pop(future)
-            following = _end(turn, future.result(raise_on_failure=False), report)
-            if following is not None:
-                waiting.append(following)
+        root = workers.path(store.root)
+        with runner.get().pool(workers.width) as pool:
+            while waiting or len(pool):
+                while waiting and len(pool) < workers.width:
+                    turn = max(waiting, key=lambda turn: turn.left)
+                    waiting.remove(turn)
+                    pool.submit(turn, "game", turn.label, workers.run, take, root, turn, discard)
+                for turn, result in pool.ended():
+                    following = _end(turn, result, report)
+                    if following is not None:
+                        waiting.append(following)
     refresh_into(store, report)
-    show(_markdown(report), key="season", description="what was played")
-    return report.model_dump()
+    runner.get().show(lambda: _markdown(report), key="season", description="what was played")
+    return report
 
 
 def _begin(store: Store, seasons: list[Season], report: StageReport) -> Iterator[Turn]:

@@ -1,0 +1,80 @@
+"""Recordings become matches: one piece of work a recording."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from pitchlore.pipeline.engine.arrivals import Arrivals, stamps_of
+from pitchlore.pipeline.engine.lacking import remarks
+from pitchlore.pipeline.engine.matches import (
+    Recording,
+    inbox,
+    standing,
+    strangers,
+    take_in,
+    useless,
+)
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.tasks import run_pieces
+from pitchlore.pipeline.settings import ImportSettings
+from pitchlore.pipeline.store import Store
+
+
+class Taken(NamedTuple):
+    """A recording that was imported, or was here: stamps of its files before, and SHA-256 of its content."""
+
+    stamps: str
+    sha256: str
+
+
+def make_match(data: Path, recording: Recording, limits: ImportSettings) -> Taken:
+    """Import one recording."""
+    store = Store(data)
+    stamps = stamps_of(recording.at(store.here).files())
+    return Taken(stamps, take_in(store, recording, limits).sha256)
+
+
+def import_all(
+    store: Store, recordings: list[Recording] | None = None, limits: ImportSettings = ImportSettings()
+) -> StageReport:
+    """Import files, a piece of work each. A file whose match is already stored counts as kept.
+
+    Args:
+        store: receives the matches.
+        recordings: files to import. None takes the :func:`inbox`, and removes the logs of matches that were
+            killed before anything was logged.
+        limits: what reading a recording may cost.
+    """
+    notes, others = [], {}
+    if recordings is None:
+        notes = [f"{file}: removed, for its match was killed before anything of it was logged"
+                 for file in useless(store)]
+        recordings, others = inbox(store), strangers(store)
+    arrivals, work, kept = Arrivals(store), {}, 0
+    path, root = crew.get().path, crew.get().path(store.root)
+    for recording in recordings:
+        content = arrivals.content(recording.files())
+        there = None if content is None else standing(store, recording, content)
+        if there is None:
+            work[recording.label(store)] = recording
+        else:
+            store.release("matches", there.name)
+            kept += 1
+
+    def ended(label: str, taken: Taken) -> None:
+        arrivals.note(work[label].files(), *taken)
+
+    before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
+    report = run_pieces(make_match, "matches", {
+        label: {"data": root, "recording": recording.at(path), "limits": limits}
+        for label, recording in work.items()
+    }, task="import", ended=ended)
+    arrivals.keep()
+    after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
+    done = len(report.made)
+    report.made = sorted(name for name, key in after.items() if before.get(name) != key)
+    report.kept = kept + done - len(report.made)
+    new = {*report.made}
+    report.notes = notes + remarks(store, (match for match in store.receipts("matches") if match.name in new))
+    report.failed |= others
+    return report
