@@ -146,7 +146,8 @@ class Process:
             env={**environment}, start_new_session=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=self._log, bufsize=0,
         )
-        Thread(target=self._listen, name="server's words", daemon=True).start()
+        self._listener = Thread(target=self._listen, name="server's words", daemon=True)
+        self._listener.start()
         self._end = time.monotonic() + START_S
         self.record = Kept(pid=self._process.pid, port=int(self._line()), token=token)
 
@@ -162,7 +163,7 @@ class Process:
         """Let the server outlive this process."""
         assert self._process.stdin is not None
         self._process.stdin.write(b"stay\n")
-        self._process.stdin.close()
+        self._hang_up()
 
     def stop(self) -> None:
         """Tell the server to end and wait for its end; kill it after :data:`STOP_S`."""
@@ -175,6 +176,13 @@ class Process:
         """End the server at once."""
         self._process.kill()
         self._process.wait()
+        self._hang_up()
+
+    def _hang_up(self) -> None:
+        self._listener.join(STOP_S)  # its output ends when it is ready, or ends
+        for stream in (self._process.stdin, self._process.stdout, self._log):
+            assert stream is not None
+            stream.close()
 
     def last_words(self) -> str:
         """The last error that the server has logged, else its last line."""
@@ -188,23 +196,25 @@ class Process:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             self._said.put(line.decode().strip())
-        self._said.put("")
+        self._said.put("")  # it has ended, or it is ready and writes to its log from then on
 
     def _line(self) -> str:
         """The next line that the server writes; without one it is killed."""
         try:
             line = self._said.get(timeout=max(0.0, self._end - time.monotonic()))
         except Empty:
+            failed = self._failure(f"no answer in {START_S:.0f} s")
             self.kill()
-            raise self._failure(f"no answer in {START_S:.0f} s") from None
+            raise failed from None
         except BaseException:  # Ctrl-C, too, leaves none behind
             self.kill()
             raise
         if not line:
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(STOP_S)
+            failed = self._failure(self.last_words())
             self.kill()
-            raise self._failure(self.last_words())
+            raise failed
         return line
 
     def _failure(self, why: str) -> ServerFailed:
