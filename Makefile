@@ -22,7 +22,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden \
+  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
 help:  ## list the targets
@@ -235,6 +235,10 @@ sensitivity: $(READY)  ## the paper's seasons with each setting that it leaves o
 golden: $(READY)  ## write the goldens anew; review the diff
 	PYTHONPATH=tests $(BIN)/python -m golden.cases
 	git diff --stat -- tests/golden
+
+pages: $(READY)  ## write the outputs anew that README and docs show; review the diff
+	PYTHONPATH=tests $(BIN)/python -m support.shown
+	git diff --stat -- README.md docs
 
 notebooks: $(READY)  ## run the notebooks anew and keep their outputs; review the diff
 	PYTHONPATH=tests $(BIN)/python -m support.notebooks

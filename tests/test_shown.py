@@ -1,0 +1,50 @@
+"""Outputs in README and in docs are those that their commands print now; `make pages` writes them anew."""
+
+from __future__ import annotations
+
+import pytest
+from support.shown import FOLDERS, WIDTH, Folder, commands, pages, picked, shown, standing, there
+
+pytestmark = pytest.mark.usefixtures("prefect_server")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FOLDERS)
+def test_shown(name, tmp_path, monkeypatch):
+    """Every output of README and of docs that names this folder is the output of its commands."""
+    if not there(name):
+        pytest.skip("its recording is not beside this checkout (it may not be copied into the project)")
+    monkeypatch.setenv("COLUMNS", str(WIDTH))
+    outputs = [one for page in pages() for one in shown(page) if one.folder == name]
+    assert outputs
+    folder = Folder.made(name, tmp_path)
+    for one in outputs:
+        assert standing(one) == folder.output(one), f"{one.place}: `make pages`, and review the diff"
+
+
+def test_shown_says_what_prints_it(tmp_path, monkeypatch):
+    """A bare fence without a mark, or with one that cannot be read, is named."""
+    monkeypatch.setattr("support.shown.ROOT", tmp_path)
+    page = tmp_path / "page.md"
+    for mark in ("", "<!-- output: -->\n", "<!-- output: derby 3- -->\n", "<!-- not run: -->\n"):
+        page.write_text(f"# A\n\n{mark}```\n1\n```\n", encoding="utf-8")
+        with pytest.raises(ValueError, match=r"page\.md:"):
+            shown(page)
+
+
+def test_shown_commands():
+    """A fence of commands: comments, quotations over lines; a question in SQL."""
+    assert commands("console", "pitchlore run  # all\npitchlore sql \"from\n  goals\"") == (
+        ("pitchlore", "run"), ("pitchlore", "sql", "from\n  goals"))
+    assert commands("sql", "select 1\n  as one") == (("pitchlore", "sql", "select 1 as one"),)
+
+
+def test_shown_picked():
+    """Lines by number and by text, with a mark for those that are left out; none that is not there."""
+    lines = ["one", "two", "three", "four", "five"]
+    assert picked(lines, "") == lines
+    assert picked(lines, '1-2 "four"') == ["one", "two", "…", "four", "…"]
+    assert picked(lines, '"three"+2') == ["…", "three", "four", "five"]
+    for picks in ("6", "3 1", '"six"', '"five"+1'):
+        with pytest.raises(ValueError, match="no such line"):
+            picked(lines, picks)
