@@ -57,7 +57,7 @@ def there(root: Path, path: str) -> bool:
 def missing(root: Path, path: Path) -> list[str]:
     """Paths, dotted names and headings of decisions that a file gives and the tree lacks."""
     known = names(root)
-    module = ".".join(path.relative_to(root).with_suffix("").parts).removeprefix("tests.").removeprefix("data.studies.").removesuffix(".__init__")
+    module = known.name(root, path)
     out = []
 
     def where(start: int, text: str, position: int) -> str:

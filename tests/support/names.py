@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-#: Folders of modules; the name of one in an outer folder begins below that.
-FOLDERS, OUTER = ("pipeline", "flows", "schemas", "tests", "data/studies"), ("tests", "data/studies")
+#: Folders of the checkout with modules, and the folder from which these are imported.
+ROOTS = {"pipeline": "", "flows": "", "schemas": "", "tests": "tests", "docs": "docs", "data/studies": "data/studies"}
 
 
 @dataclass
@@ -66,17 +66,22 @@ class Names:
 
     def __init__(self, root: Path) -> None:
         self.modules: dict[str, Module] = {}
-        for folder in FOLDERS:
+        for folder in ROOTS:
             for path in sorted((root / folder).rglob("*.py")):
-                parts = list(path.relative_to(root / folder if folder in OUTER else root).with_suffix("").parts)
-                package = parts[:-1]
-                if parts[-1] == "__init__":
-                    parts = parts[:-1]
-                self.modules[".".join(parts)] = read(path.read_text(encoding="utf-8"), ".".join(package))
+                package = ".".join(self.name(root, path).split(".")[:None if path.stem == "__init__" else -1])
+                self.modules[self.name(root, path)] = read(path.read_text(encoding="utf-8"), package)
         ours = {name.split(".")[0] for name in self.modules} | {"pitchlore"}
         #: Packages of others that some module imports.
         self.libraries = {target.split(".")[0] for module in self.modules.values()
                           for target in module.imports.values()} - ours
+
+    @staticmethod
+    def name(root: Path, path: Path) -> str:
+        """The name under which a module of the tree is imported, without ``pitchlore`` before it."""
+        relative = path.relative_to(root)
+        base = next((base for folder, base in ROOTS.items() if relative.is_relative_to(folder)), "")
+        parts = relative.relative_to(base).with_suffix("").parts
+        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
     def has(self, dotted: str) -> bool:
         """Whether a dotted name is a module, a folder of modules, or a name in one."""
@@ -92,7 +97,7 @@ class Names:
     def local(self, module: str, dotted: str) -> bool:
         """Whether a name is one that a module binds or imports, or Python's own."""
         parts = dotted.split(".")
-        own = self.modules[module]
+        own = self.modules.get(module, Module())
         folder = module.rpartition(".")[0]
         return (self._within(own, parts) or hasattr(builtins, parts[0]) or parts[0] in self.libraries
                 or any(parts[0] in members for members in own.classes.values())
