@@ -64,7 +64,7 @@ _FEW = 2
 _AT_ONCE = 16
 
 
-class Change(NamedTuple):
+class ObjectChange(NamedTuple):
     """A change of the bucket that a process made.
 
     Attributes:
@@ -79,7 +79,7 @@ class Change(NamedTuple):
 
 
 #: The changes that are made in this context, where somebody keeps them.
-_journal: ContextVar[list[Change] | None] = ContextVar("journal", default=None)
+_journal: ContextVar[list[ObjectChange] | None] = ContextVar("journal", default=None)
 
 
 def key_of(place: str, sha: str | None) -> str:
@@ -378,7 +378,7 @@ class Mirror:
                 list(pool.map(put, files))
         for entry in changes:  # the threads have no journal
             ours = _RECORD.fullmatch(entry.key) is not None
-            self._tell(Change(entry, bytes(files[self.folder / entry.key]) if ours else None))
+            self._tell(ObjectChange(entry, bytes(files[self.folder / entry.key]) if ours else None))
 
     def create(self, path: Path, data: bytes, *, local: bool = True) -> bool:
         """Write a file that is not there. Returns False if there is one, with other bytes."""
@@ -388,7 +388,7 @@ class Mirror:
                 self._kept(path, data, entry)
             else:
                 self._note(entry, None)
-            self._tell(Change(entry, data))
+            self._tell(ObjectChange(entry, data))
         return entry is not None
 
     def swap(self, path: Path, data: bytes) -> bool:
@@ -404,29 +404,29 @@ class Mirror:
         entry = self.bucket.create(key, data) if before is None else self.bucket.replace(key, data, before)
         if entry is not None:
             self._kept(path, data, entry)
-            self._tell(Change(entry, data))
+            self._tell(ObjectChange(entry, data))
         return entry is not None
 
     def remove(self, path: Path, sha: str | None = None) -> None:
         """Remove a file from the bucket and the copy, if it is there."""
         for key in dict.fromkeys((self.key(path, sha), self.key(path))):
             self.bucket.delete(key)
-            self._tell(Change(Entry(key, 0, "", 0.0), None, removed=True))
+            self._tell(ObjectChange(Entry(key, 0, "", 0.0), None, removed=True))
             self._gone(key)
 
     # --- what other processes did -------------------------------------------------------------------
 
     @contextmanager
-    def journal(self) -> Iterator[list[Change]]:
+    def journal(self) -> Iterator[list[ObjectChange]]:
         """The changes that the body makes, for :meth:`learn` of another machine's copy."""
-        kept: list[Change] = []
+        kept: list[ObjectChange] = []
         token = _journal.set(kept)
         try:
             yield kept
         finally:
             _journal.reset(token)
 
-    def learn(self, changes: Collection[Change]) -> None:
+    def learn(self, changes: Collection[ObjectChange]) -> None:
         """Make the changes of another machine's process in this copy."""
         for entry, data, removed in changes:
             if removed:
@@ -437,7 +437,7 @@ class Mirror:
             else:
                 self._note(entry, None)
 
-    def _tell(self, change: Change) -> None:
+    def _tell(self, change: ObjectChange) -> None:
         journal = _journal.get()
         if journal is not None:
             journal.append(change)

@@ -26,7 +26,7 @@ from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, Worker
 from pitchlore.pipeline.engine.placement.crew import Crew, polars_threads
 from pitchlore.pipeline.engine.placement.identity import difference, identity
 from pitchlore.pipeline.store.buckets import Bucket
-from pitchlore.pipeline.store.mirrors import Change, Mirror, located, mirror_of
+from pitchlore.pipeline.store.mirrors import Mirror, ObjectChange, located, mirror_of
 from pitchlore.pipeline.store.temporaries import beside
 
 P = ParamSpec("P")
@@ -94,7 +94,7 @@ class Cluster:
         Raises:
             ClusterFailed: if the scheduler ends, or if the worker has other code than this process.
         """
-        future: Future[tuple[R, list[Change]]] | None = None
+        future: Future[tuple[R, list[ObjectChange]]] | None = None
         bucket = None if self._mirror is None else (self._mirror.url, self._moment)
         try:
             future = self._client.submit(_call, identity(), bucket, work, arguments, named, pure=False)
@@ -252,7 +252,7 @@ def _look(token: str) -> tuple[dict[str, str], bytes | None, bool]:
 def _call(
     caller: dict[str, str], bucket: tuple[str, str] | None, work: Callable[..., R],
     arguments: tuple[Any, ...], named: Mapping[str, Any],
-) -> tuple[R, list[Change]]:
+) -> tuple[R, list[ObjectChange]]:
     """Do a piece of work on a worker, which may have come after the check.
 
     Args:
