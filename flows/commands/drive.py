@@ -13,13 +13,13 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
 from pitchlore.flows.commands.printing import console, print_json, say
 from pitchlore.flows.driving import drive
-from pitchlore.pipeline.live.driver import Colour, Job, Protocol, streams_of
+from pitchlore.pipeline.live.driver import Job, Protocol, TeamColour, streams_of
 
 
 def drive_robots(
     *,
     team: WhoPlays,
-    side: Annotated[Colour, Parameter(name="--as")],
+    side: Annotated[TeamColour, Parameter(name="--as")],
     protocol: Protocol = "vsss",
     robots: PositiveInt = 3,
     attacks: Literal["right", "left"] | None = None,

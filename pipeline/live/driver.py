@@ -30,7 +30,7 @@ from pitchlore.pipeline.store.receipts import RELEASE
 from pitchlore.schemas import SIDES, Side
 
 Protocol = Literal["vsss", "ssl-sim"]
-Colour = Literal["blue", "yellow"]
+TeamColour = Literal["blue", "yellow"]
 
 #: The league of each protocol.
 LEAGUE: dict[Protocol, LeagueName] = {"vsss": "vsss", "ssl-sim": "ssl"}
@@ -49,7 +49,7 @@ _UNTOLD = Flaw("goals unknown", (
 _OTHER = "adversary"
 
 
-def streams_of(protocol: Protocol, colour: Colour) -> tuple[Stream, ...]:
+def streams_of(protocol: Protocol, colour: TeamColour) -> tuple[Stream, ...]:
     """The streams that are listened to, and the stream ``commands`` to which commands are sent.
 
     Sources: FIRASim, as for ``pipeline.importers.packets.streams``; the ports of
@@ -79,7 +79,7 @@ class Job:
     """
 
     protocol: Protocol
-    colour: Colour
+    colour: TeamColour
     team: TeamSettings
     word: str
     policies: Mapping[str, PolicyTables] = field(default_factory=dict)
