@@ -39,7 +39,7 @@ _GLOBALS = (DIRECTION, SPEED, SCORE, SITUATION)
 _OF_ONE_ROBOT: tuple[Key, ...] = ("ego19", "self9", "self6")
 
 
-class Column(NamedTuple):
+class KeyDigit(NamedTuple):
     """One digit of an encoded state.
 
     Attributes:
@@ -52,7 +52,7 @@ class Column(NamedTuple):
     levels: int
 
 
-def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
+def columns(key: Key, slot: int = 0) -> tuple[KeyDigit, ...]:
     """The digits of an encoded state, the most significant first.
 
     ``full36`` is all of Table 2, ``full35`` all but the score. ``ego19`` keeps distance and position
@@ -77,7 +77,7 @@ def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
     if key == "ego19":
         return (
             *_whole((*range(BALL_DISTANCE, BALL_DISTANCE + 6), *range(AFTER_BALL, AFTER_BALL + 6))),
-            Column(BALL_ORIENTATION + slot, 2),
+            KeyDigit(BALL_ORIENTATION + slot, 2),
             *_whole((own_goal, own_goal + 1, *_GLOBALS)),
         )
     if key == "team19":
@@ -95,9 +95,9 @@ def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
     return ()
 
 
-def _whole(elements: Iterable[int]) -> tuple[Column, ...]:
+def _whole(elements: Iterable[int]) -> tuple[KeyDigit, ...]:
     """Elements with all of their levels."""
-    return tuple(Column(e, int(LEVELS[e])) for e in elements)
+    return tuple(KeyDigit(e, int(LEVELS[e])) for e in elements)
 
 
 class Radix(NamedTuple):

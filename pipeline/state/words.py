@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import I64
-from pitchlore.pipeline.state.keys import Column, columns, decode
+from pitchlore.pipeline.state.keys import KeyDigit, columns, decode
 from pitchlore.pipeline.state.table import TABLE
 from pitchlore.schemas.table import Key
 
@@ -13,7 +13,7 @@ from pitchlore.schemas.table import Key
 IS = ": "
 
 
-def levels_of(column: Column) -> tuple[str, ...]:
+def levels_of(column: KeyDigit) -> tuple[str, ...]:
     """Names of the values of a digit; levels of the element that fall together are joined by *or*."""
     names = TABLE[column.element].levels
     return (*names[: column.levels - 1], " or ".join(names[column.levels - 1:]))
