@@ -33,7 +33,7 @@ from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.content.policies import newest_policies
 from pitchlore.pipeline.views.scout.content.sources import played
 from pitchlore.pipeline.views.scout.content.write import Written, write
-from pitchlore.pipeline.views.scout.curves import Curve, curves
+from pitchlore.pipeline.views.scout.curves import TermCurve, curves
 from pitchlore.pipeline.views.scout.preferred import actions_of, picture, preferred
 from pitchlore.pipeline.views.scout.states import around_ball, sentences, zone
 from pitchlore.schemas import KEYS, ROLES, Appraisals, Policies, Referee, Restarts, States
@@ -323,7 +323,7 @@ def test_curves_are_the_memberships(kind):
     """At each corner of a drawn curve the degree is that of the membership function."""
     table = term_table(kind)
     for (variable,), rows in table.group_by("variable", maintain_order=True):
-        lines = [Curve(*row) for row in rows.select("term", "a", "b", "c", "d", "rises_at", "falls_at").rows()]
+        lines = [TermCurve(*row) for row in rows.select("term", "a", "b", "c", "d", "rises_at", "falls_at").rows()]
         drawn = str(curves(lines, str(variable)))
         corners = [at for line in lines for at in line[1:5] if at is not None]
         low, high = min(corners), max(corners)

@@ -14,7 +14,7 @@ _LEFT, _RIGHT, _TOP, _FOOT = 20.0, 8.0, 8.0, 18.0
 _APART = 30.0
 
 
-class Curve(NamedTuple):
+class TermCurve(NamedTuple):
     """A term: membership rises from a to b and falls from c to d.
 
     Attributes:
@@ -32,7 +32,7 @@ class Curve(NamedTuple):
     falls_at: float | None
 
 
-def curves(terms: Sequence[Curve], label: str) -> Markup:
+def curves(terms: Sequence[TermCurve], label: str) -> Markup:
     """A chart of terms of one variable: membership 0 to 1 over the variable, one line a term."""
     corners = [at for term in terms for at in (term.a, term.b, term.c, term.d) if at is not None]
     low, high = min(corners), max(corners)
@@ -73,7 +73,7 @@ def swatch(place: int) -> Markup:
                   '<path class="line-{}" d="M0 3H28"/></svg>').format(place % 6)
 
 
-def _corners(term: Curve, low: float, high: float) -> list[tuple[float, float]]:
+def _corners(term: TermCurve, low: float, high: float) -> list[tuple[float, float]]:
     """The corners of a term's curve between two values, each with its degree."""
     points = [(low, 1.0)] if term.a is None or term.b is None or term.a == term.b else [
         (low, 0.0), (term.a, 0.0), (term.b, 1.0)]

@@ -12,7 +12,7 @@ from pitchlore.pipeline.situations.rulebook import rule_table, term_table, terms
 from pitchlore.pipeline.situations.rules import MACROS
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.content.sources import Match
-from pitchlore.pipeline.views.scout.curves import Curve, curves, swatch
+from pitchlore.pipeline.views.scout.curves import TermCurve, curves, swatch
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.words import NAMES
 from pitchlore.schemas import Situations
@@ -66,7 +66,7 @@ def _curves(terms: dict[str, pl.DataFrame], name: str) -> Iterable[dict[str, Any
         unit, of_term = any_kind["unit"][0], dict(any_kind.group_by("term").agg(
             pl.col("signal").unique(maintain_order=True)).iter_rows())
         for rows, kinds in charts.items():
-            lines = [Curve(*row) for row in rows]
+            lines = [TermCurve(*row) for row in rows]
             where = "all kinds of pitch" if len(kinds) == len(_KINDS) else ", ".join(kinds)
             yield {
                 "variable": variable, "unit": unit, "kinds": " ".join(kinds), "where": where,
