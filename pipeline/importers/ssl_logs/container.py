@@ -82,7 +82,7 @@ class UnusableLogError(Exception):
 
 
 @dataclass(slots=True)
-class Damage:
+class ContainerFlaws:
     """Flaws of a container, as far as it was read.
 
     Attributes:
@@ -113,7 +113,7 @@ class Container:
     """
 
     def __init__(self, pieces: Iterable[bytes]) -> None:
-        self.damage = Damage()
+        self.damage = ContainerFlaws()
         self.messages = 0
         self._pieces = iter(pieces)
         self._data = b""  # bytes that are not used up,

@@ -16,7 +16,7 @@ from pitchlore.pipeline.importers.ssl_logs.container import (
     RECEIVED,
     Batch,
     Container,
-    Damage,
+    ContainerFlaws,
     UnusableLogError,
 )
 from pitchlore.pipeline.importers.ssl_logs.geometry import Size
@@ -87,7 +87,7 @@ class Survey:
         unread: messages of types that are not read.
     """
 
-    damage: Damage = field(default_factory=Damage)
+    damage: ContainerFlaws = field(default_factory=ContainerFlaws)
     parts: list[Part] = field(default_factory=list)
     used: int = 1
     sizes: Counter[Size] = field(default_factory=Counter)
