@@ -30,7 +30,7 @@ class MatchTodo(NamedTuple):
     line: bool
 
 
-class Done(NamedTuple):
+class MatchPages(NamedTuple):
     """Pages and a line that were made of a match.
 
     Attributes:
@@ -42,7 +42,7 @@ class Done(NamedTuple):
     line: dict[str, Any] | None
 
 
-def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any]) -> dict[str, Done]:
+def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any]) -> dict[str, MatchPages]:
     """The pages and the data of some matches, by their ids. No knowledge is in them.
 
     Args:
@@ -57,7 +57,7 @@ def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any])
     return {each.match.name: _of_match(store, each, around) for each in todo}
 
 
-def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Done:
+def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> MatchPages:
     match, tables = todo.match, todo.match.tables(store)
     told = cache(partial(match_pages.told_of, match, tables))
     kept = cache(partial(answers.kept, match, tables))
@@ -66,7 +66,7 @@ def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Done:
         f"matches/{match.name}.html": lambda: page(
             "match", up="../", of=match.name, **around, **match_pages.facts(match, tables, told(), kept())),
     }
-    return Done({name: makers[name]() for name in todo.pages},
+    return MatchPages({name: makers[name]() for name in todo.pages},
                 match_pages.line(match, tables, kept()) if todo.line else None)
 
 
