@@ -31,7 +31,7 @@ _GEOMETRY_S = 3.0
 _STOPS = 10
 
 
-class Driven(NamedTuple):
+class DriveOutcome(NamedTuple):
     """Outcome of driving.
 
     Attributes:
@@ -54,7 +54,7 @@ class Driven(NamedTuple):
 def drive(
     store: Store, job: Job, *, say: Callable[[str], None] = lambda _: None,
     listening: Callable[[Mapping[str, str]], None] = lambda _: None,
-) -> Driven:
+) -> DriveOutcome:
     """Drive a team until it is stopped (:func:`flows.interrupt.until_stopped`), or for some seconds.
 
     Commands go out 60 times a second. Robots stand while the referee does not let play go on, when no vision
@@ -80,7 +80,7 @@ def drive(
 
         pitch, first = _pitch(job.league, arrived, ended)
         if pitch is None:
-            return Driven(None, 0, 0, None, time.monotonic() - began, vision=False)
+            return DriveOutcome(None, 0, 0, None, time.monotonic() - began, vision=False)
         name = slug(f"{job.word}-{job.protocol}-{datetime.now(UTC):%Y%m%d-%H%M%S}") + ".mcap"
         with store.growing(PLAYING, name) as (path, stream):
             driver = Driver(job, pitch, stream, path.stem)
@@ -89,10 +89,10 @@ def drive(
                 driver.run(arrived, send, ended, say)
             if not driver.began:
                 path.unlink()
-                return Driven(None, 0, 0, None, time.monotonic() - began, vision=True)
+                return DriveOutcome(None, 0, 0, None, time.monotonic() - began, vision=True)
             driver.close()
             file = store.moved(path, INBOX)
-    return Driven(
+    return DriveOutcome(
         file, driver.frames, driver.blind, driver.whistle.score, time.monotonic() - began, vision=True)
 
 

@@ -30,7 +30,7 @@ from test_watch import namespace
 
 from pitchlore.flows.cli import main
 from pitchlore.flows.commands.addresses import addressed
-from pitchlore.flows.driving import Driven, drive
+from pitchlore.flows.driving import DriveOutcome, drive
 from pitchlore.flows.simulating import STREAMS, simulate
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -266,7 +266,7 @@ class Simulator:
         return [all(one.left == one.right == 0 for one in commands) for _, commands in self.came]
 
 
-def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5, **job: object) -> tuple[Driven, Simulator]:
+def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5, **job: object) -> tuple[DriveOutcome, Simulator]:
     """Drive the static team against a simulator; ``during`` are times at which vision goes off or on."""
     where: dict[str, int] = {}
     simulator = Simulator(where)
