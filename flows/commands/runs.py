@@ -12,7 +12,7 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, warn
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.costs import Cost, mebibytes
-from pitchlore.pipeline.engine.history import Entry, log
+from pitchlore.pipeline.engine.history import RunEntry, log
 
 Count = Annotated[int, Parameter(validator=Number(gte=1))]
 
@@ -45,7 +45,7 @@ def runs(
         print_failed({entry.name: entry.error for entry in entries if entry.error}, "ended early")
 
 
-def _named(entries: list[Entry], name: str, where: str) -> Entry:
+def _named(entries: list[RunEntry], name: str, where: str) -> RunEntry:
     """The run whose name begins so.
 
     Raises:
@@ -58,13 +58,13 @@ def _named(entries: list[Entry], name: str, where: str) -> Entry:
     return fitting[0]
 
 
-def _plain(entry: Entry) -> dict[str, object]:
+def _plain(entry: RunEntry) -> dict[str, object]:
     """A run as JSON has it, with its sums."""
     return entry.model_dump(mode="json") | {
         "made": entry.made, "kept": entry.kept, "failed": entry.failed, "cost": entry.cost.model_dump()}
 
 
-def _row(entry: Entry) -> dict[str, object]:
+def _row(entry: RunEntry) -> dict[str, object]:
     """A run as a row of the list; times are this machine's."""
     return {
         "run": entry.name, "what": entry.what, "began": f"{entry.began.astimezone():%Y-%m-%d %H:%M:%S}",
@@ -78,7 +78,7 @@ def _priced(cost: Cost) -> dict[str, object]:
             "written, MiB": mebibytes(cost.bytes_out)}
 
 
-def _show(entry: Entry, *, json: bool) -> None:
+def _show(entry: RunEntry, *, json: bool) -> None:
     if json:
         print_json(_plain(entry))
         return

@@ -46,7 +46,7 @@ class StageEntry(Frozen):
     cost: Cost = Cost()
 
 
-class Entry(Frozen):
+class RunEntry(Frozen):
     """A run that has ended.
 
     Attributes:
@@ -103,7 +103,7 @@ class Log(NamedTuple):
         damaged: problems of entries that cannot be read, by name.
     """
 
-    entries: list[Entry]
+    entries: list[RunEntry]
     damaged: dict[str, str]
 
 
@@ -120,7 +120,7 @@ class Note:
         self.report = RunReport()
         self._began, self._begun = datetime.now(UTC), monotonic()
 
-    def entry(self, error: str | None = None) -> Entry:
+    def entry(self, error: str | None = None) -> RunEntry:
         """The run as it ends now."""
         report = self.report
         stages = [StageEntry(noun=stage.noun, made=len(stage.made), kept=stage.unchanged,
@@ -128,7 +128,7 @@ class Note:
         new = {"knowledge": report.knowledge_is_new, "policies": report.policy_is_new}
         stages += [StageEntry(noun=noun, made=int(new[noun]), kept=int(not new[noun]), cost=cost)
                    for noun, cost in report.versions.items()]
-        return Entry(
+        return RunEntry(
             name=f"{self._began:%Y%m%d-%H%M%S-%f}", what=self.what, began=self._began,
             seconds=round(monotonic() - self._begun, 3), stages=tuple(stages), knowledge=report.knowledge,
             policy=report.policy, failures=dict(list(report.failures.items())[:_TOLD]), error=error,
@@ -172,7 +172,7 @@ def log(store: Store) -> Log:
     found = Log([], {})
     for path in _paths(store):
         try:
-            entry = read_model(path, Entry)
+            entry = read_model(path, RunEntry)
         except CorruptFile as error:
             found.damaged[Path(path).name.removesuffix(_END)] = str(error)
         else:
