@@ -11,7 +11,7 @@ from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
 from pitchlore.pipeline.importers.tracking.states import Course, changes, rises, tokens
 from pitchlore.pipeline.numbers.arrays import F64
 
-Evidence = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
+GuessBasis = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
 
 #: Longest half-length of each kind, metres. The limits lie between the pitches of 2.2 m (VSSS with five
 #: a side) and 6 m (the first SSL), and between those of 12 m (SSL) and 105 m (2D).
@@ -58,7 +58,7 @@ def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
 
 def guess_home(
     course: Course, names: tuple[str, str], mapping: TrackingMap, votes: F64, goal_x: float
-) -> tuple[int, Evidence]:
+) -> tuple[int, GuessBasis]:
     """Home team: the one of two teams whose goals ``score_home`` counts.
 
     Each rise of a score is evidence of three kinds: the state names the team that scored, the other
@@ -90,7 +90,7 @@ def guess_home(
         if kick_off is not None and kick_off.event == "kick-off" and kick_off.team is not None:
             by_kick_off += -if_first if kick_off.team == "home" else if_first
         by_ball += if_first * _scorer(course, index, votes, goal_x)
-    evidence: tuple[tuple[int, Evidence], ...] = (
+    evidence: tuple[tuple[int, GuessBasis], ...] = (
         (by_goal, "goals in the states"), (by_kick_off, "kick-offs"), (by_ball, "the ball at the goals"),
     )
     for balance, kind in evidence:
