@@ -11,7 +11,7 @@ from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import Content
 
 #: Files by the ending of their names after the match's id.
-Files = dict[str, bytes]
+FilesByEnding = dict[str, bytes]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,16 +25,16 @@ class Format:
     """
 
     about: str
-    write: Callable[[Content], Files]
+    write: Callable[[Content], FilesByEnding]
     needs: tuple[str, ...] = ()
 
 
-def _provider(content: Content) -> Files:
+def _provider(content: Content) -> FilesByEnding:
     meta, raw = second_spectrum.files(content)
     return {"meta.json": meta, "tracking.jsonl": raw}
 
 
-def _rerun(content: Content) -> Files:
+def _rerun(content: Content) -> FilesByEnding:
     try:
         module = import_module("pitchlore.pipeline.views.exports.rerun_log")
     except ImportError as error:
