@@ -36,7 +36,7 @@ class Teller(Protocol):
         """The state of the game and its clock; "" as long as no packet says anything of them."""
 
 
-class Frames:
+class FrameRate:
     """Frames of vision: how many there are in a second, and how many are missing.
 
     Attributes:
@@ -76,7 +76,7 @@ class Status:
     """
 
     def __init__(self, league: LeagueName) -> None:
-        self.frames = Frames()
+        self.frames = FrameRate()
         self.packets = 0
         self._teller: Teller = _TELLERS[league](self.frames)
 
@@ -99,7 +99,7 @@ class Status:
 
 
 class _Ssl:
-    def __init__(self, frames: Frames) -> None:
+    def __init__(self, frames: FrameRate) -> None:
         self._frames = frames
         self._score = ["?", "?"]
         self._names = ["yellow", "blue"]
@@ -143,7 +143,7 @@ class _Ssl:
 
 
 class _Vsss:
-    def __init__(self, frames: Frames) -> None:
+    def __init__(self, frames: FrameRate) -> None:
         self._frames = frames
         self._score = ("?", "?")
         self._state = ""
@@ -179,4 +179,4 @@ def _clock(seconds: int) -> str:
     return f"{sign}{abs(seconds) // 60}:{abs(seconds) % 60:02d}"
 
 
-_TELLERS: dict[LeagueName, Callable[[Frames], Teller]] = {"ssl": _Ssl, "vsss": _Vsss}
+_TELLERS: dict[LeagueName, Callable[[FrameRate], Teller]] = {"ssl": _Ssl, "vsss": _Vsss}
