@@ -88,7 +88,7 @@ class Unused(NamedTuple):
     nowhere: int
 
 
-class Heads(NamedTuple):
+class DetectionHeads(NamedTuple):
     """Detection frames of vision packets, without their bodies.
 
     Attributes:
@@ -104,7 +104,7 @@ class Heads(NamedTuple):
     inside: Fields
 
 
-def heads(batch: Batch, packets: Fields, damaged: Bools) -> Heads:
+def heads(batch: Batch, packets: Fields, damaged: Bools) -> DetectionHeads:
     """Detection frames of vision packets; a packet with geometry only has none.
 
     If a packet has several frames, the protocol joins them to one.
@@ -134,7 +134,7 @@ def heads(batch: Batch, packets: Fields, damaged: Bools) -> Heads:
     sound = there & ~damaged & usable
     lost = int(damaged.sum()) + int((there & ~damaged & ~usable).sum())
     packet = np.flatnonzero(sound)
-    return Heads(packet, frames[packet], lost, inside.at(np.flatnonzero(sound[inside.of])))
+    return DetectionHeads(packet, frames[packet], lost, inside.at(np.flatnonzero(sound[inside.of])))
 
 
 def detections(batch: Batch) -> tuple[Detections, Unused]:
