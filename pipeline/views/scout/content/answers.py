@@ -26,7 +26,7 @@ from pitchlore.pipeline.views.scout.zones import (
 from pitchlore.schemas import SIDES, Passes, Possession
 
 
-class Kept(NamedTuple):
+class MatchAnswers(NamedTuple):
     """A match as the pages of teams need it, JSON-able.
 
     Attributes:
@@ -38,7 +38,7 @@ class Kept(NamedTuple):
     scored: list[Scored]
 
 
-def of_match(match: Match, tables: Tables, kept: Kept) -> dict[str, dict[str, Any]]:
+def of_match(match: Match, tables: Tables, kept: MatchAnswers) -> dict[str, dict[str, Any]]:
     """The answers about each side of a match."""
     minutes, lengths = tables.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
     shots = with_chances(tables)
@@ -53,9 +53,9 @@ def of_match(match: Match, tables: Tables, kept: Kept) -> dict[str, dict[str, An
     return found
 
 
-def kept(match: Match, tables: Tables) -> Kept:
+def kept(match: Match, tables: Tables) -> MatchAnswers:
     """Samples of a match's robots, and its goals."""
-    return Kept(samples(tables.trajectories), goals_of(match, tables))
+    return MatchAnswers(samples(tables.trajectories), goals_of(match, tables))
 
 
 def of_team(

@@ -12,7 +12,7 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.commentary import Commentary, commentary
 from pitchlore.pipeline.views.commentary.words import called
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, told
-from pitchlore.pipeline.views.scout.content.answers import Kept, of_match
+from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
 from pitchlore.pipeline.views.scout.content.chances import rests_on, size, with_chances, words_of
 from pitchlore.pipeline.views.scout.content.flaws import flaws
 from pitchlore.pipeline.views.scout.content.sources import Match, TeamName
@@ -48,7 +48,7 @@ _HOW = "how it came"
 _BEFORE_S = 1.0
 
 
-def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict[str, Any]:
+def facts(match: Match, tables: Tables, moments: Commentary, kept: MatchAnswers) -> dict[str, Any]:
     """Content of the page of a match; ``moments`` are its commentary, ``kept`` as for :func:`line`."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
     answers = of_match(match, tables, kept)
@@ -84,7 +84,7 @@ def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict
     }
 
 
-def line(match: Match, tables: Tables, kept: Kept) -> dict[str, Any]:
+def line(match: Match, tables: Tables, kept: MatchAnswers) -> dict[str, Any]:
     """A match's line in the league, JSON-able; ``kept`` is what the pages of its teams need of it."""
     row, own, leads = tables.matches.row(0, named=True), numbers(tables), by_lead(tables)
     ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
