@@ -16,7 +16,7 @@ from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.settings import GoalSettings
 from pitchlore.schemas import SIDES, Goals
 
-Kind = Literal["direct", "indirect", "error"]
+GoalKind = Literal["direct", "indirect", "error"]
 
 #: Codes of Table 1: robot with the ball, guides the ball, kicks the ball.
 WITH_BALL, GUIDES, KICKS = 1, 11, 21
@@ -86,7 +86,7 @@ def attribute(
     breaks = referee.filter(pl.col("event") != "play")["t_ns"].sort().to_numpy()
     times = np.unique(in_play["t_ns"].to_numpy())
 
-    made: list[tuple[int | None, Kind | None]] = []
+    made: list[tuple[int | None, GoalKind | None]] = []
     for goal in given.iter_rows(named=True):
         if goal["team"] is None:
             made.append((None, None))
@@ -127,7 +127,7 @@ def _window(touches: Touches, times: I64, breaks: I64, settings: GoalSettings) -
 
 def _judge(
     scorer: int, touches: Touches, ball: BallInPlay, done: _Episodes, pitch: Pitch, settings: GoalSettings
-) -> tuple[int | None, Kind | None]:
+) -> tuple[int | None, GoalKind | None]:
     """Robot and kind of one goal of the team ``scorer`` (index into SIDES)."""
     if not len(touches.t_ns):
         return None, None
