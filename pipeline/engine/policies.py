@@ -131,7 +131,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     })
 
 
-def _last_played(store: Store, matches: list[Known]) -> list[Receipt]:
+def _last_played(store: Store, matches: list[PolicyMatch]) -> list[Receipt]:
     """The newest of some matches in which a player chose; none if no player did, or it is there no more."""
     chosen = (each.match for each in reversed(matches) if _choosing(each.receipt, each.match))
     found = (store.receipt("matches", match) for match in islice(chosen, 1))
@@ -168,7 +168,7 @@ def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
     return newest if same else None
 
 
-class Known(NamedTuple):
+class PolicyMatch(NamedTuple):
     """A match that policies learn from.
 
     Attributes:
@@ -180,7 +180,7 @@ class Known(NamedTuple):
     receipt: Receipt
 
 
-def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Known]:
+def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[PolicyMatch]:
     """The matches whose decisions policies of a version of the knowledge learn from, oldest first.
 
     These are the matches of the version in which the imitated team was watched, or in whose league a player
@@ -196,14 +196,14 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
         NotFound: if decisions were made anew since, so that the knowledge is out of date, or if a version
             that the knowledge builds on is missing.
     """
-    team, newest_first = imitates(knowledge), dict[str, Known]()
+    team, newest_first = imitates(knowledge), dict[str, PolicyMatch]()
     held = cache(lambda group: need(store, "decisions", group))
     for version in lineage(store, knowledge):
         for match, learned in reversed(learned_from(version).items()):
             if len(newest_first) == last_matches:
                 return list(newest_first.values())[::-1]
             if match not in newest_first:
-                known = Known(match, held(learned.group))
+                known = PolicyMatch(match, held(learned.group))
                 if sha256_of(known.receipt, match) != learned.sha256:
                     raise NotFound(
                         f"the decisions of {match} are newer than knowledge {version.version}",
@@ -213,14 +213,14 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
     return list(newest_first.values())[::-1]
 
 
-def _tells(store: Store, known: Known, team: Team) -> bool:
+def _tells(store: Store, known: PolicyMatch, team: Team) -> bool:
     """True if some decisions of a match are of a team, or were chosen in its league."""
     sides = need(store, "sides", known.match).details
     chosen = _choosing(known.receipt, known.match)
     return bool(sides["kind"] == team.kind and (team.team in sides["counts_as"] or chosen))
 
 
-def _unlearned(store: Store, parent: Manifest, known: list[Known]) -> list[Known]:
+def _unlearned(store: Store, parent: Manifest, known: list[PolicyMatch]) -> list[PolicyMatch]:
     """The matches that no policy of a line has learned from.
 
     None of them, if a policy learned from other decisions of one of the matches.
