@@ -25,7 +25,7 @@ from pitchlore.schemas import Grams, Neurons, Patterns
 _COLUMNS = ("match_id", "role", "code", "follows", "value", "change", "x", "y")
 
 
-class Learned(NamedTuple):
+class RoundsOutcome(NamedTuple):
     """Outcome of all rounds.
 
     Attributes:
@@ -45,7 +45,7 @@ class Learned(NamedTuple):
 
 def learn(
     sequences: Callable[[], Iterable[pl.DataFrame]], sides: Sides, settings: BehaviourSettings
-) -> Learned:
+) -> RoundsOutcome:
     """Select the behaviours of all lengths, for each team by itself.
 
     The result does not depend on the order of the matches. Memory is bounded by the distinct grams.
@@ -76,7 +76,7 @@ def learn(
             if selection.map is not None:
                 maps.setdefault(round_.n, {})[team] = selection.map
             reports.append(team._asdict() | selection.report._asdict())
-    return Learned(pl.concat(known).drop("who"), pl.concat(counted), pl.concat(neurons), maps, reports)
+    return RoundsOutcome(pl.concat(known).drop("who"), pl.concat(counted), pl.concat(neurons), maps, reports)
 
 
 def _owned(patterns: pl.DataFrame, who: int) -> pl.DataFrame:
