@@ -155,7 +155,7 @@ def sha256_of(decisions: Receipt, match: str) -> str:
     return str(told[match]["sha256"])
 
 
-class Learned(NamedTuple):
+class LearnedMatch(NamedTuple):
     """A match that a version learned from.
 
     Attributes:
@@ -167,7 +167,7 @@ class Learned(NamedTuple):
     sha256: str
 
 
-def learned_from(version: Manifest) -> dict[str, Learned]:
+def learned_from(version: Manifest) -> dict[str, LearnedMatch]:
     """The matches whose decisions a version names itself, by id, in order."""
     found = {}
     for label, sha256 in sorted(version.inputs.items()):
@@ -175,7 +175,7 @@ def learned_from(version: Manifest) -> dict[str, Learned]:
         if noun == "decisions" and rest:
             # each match had an output of its own once: decisions/MATCH/decisions
             match = group if rest == ["decisions"] else rest[0]
-            found[match] = Learned(group, sha256)
+            found[match] = LearnedMatch(group, sha256)
     return dict(sorted(found.items()))
 
 
