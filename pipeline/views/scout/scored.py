@@ -64,7 +64,7 @@ def clip_of(goal: Mapping[str, Any], says: str) -> Clip:
     return Clip.about({**goal, "team": side}, t_ns, t_ns, says, before_s=BEFORE_S, after_s=AFTER_S)
 
 
-class Line(NamedTuple):
+class GoalGroup(NamedTuple):
     """Goals that have something in common.
 
     Attributes:
@@ -111,9 +111,9 @@ class Summary(NamedTuple):
     """
 
     n: int
-    whole: Line
-    kinds: list[Line]
-    scorers: list[Line]
+    whole: GoalGroup
+    kinds: list[GoalGroup]
+    scorers: list[GoalGroup]
     thirds: tuple[int, ...]
     run: Run | None
 
@@ -190,16 +190,16 @@ def summary(goals: Sequence[Scored], robots: Mapping[int, str]) -> Summary:
                    tuple(places.count(at) for at in range(len(THIRDS))), _commonest(goals))
 
 
-def _lines(goals: Sequence[Scored], says: Callable[[Scored], str]) -> list[Line]:
+def _lines(goals: Sequence[Scored], says: Callable[[Scored], str]) -> list[GoalGroup]:
     groups: dict[str, list[Scored]] = {}
     for goal in goals:
         groups.setdefault(says(goal), []).append(goal)
     return [_line(name, own) for name, own in groups.items()]
 
 
-def _line(says: str, goals: Sequence[Scored]) -> Line:
+def _line(says: str, goals: Sequence[Scored]) -> GoalGroup:
     far = [goal.distance for goal in goals if goal.distance is not None]
-    return Line(says, len(goals), len(far), float(np.median(far)) if far else None, _clips(goals))
+    return GoalGroup(says, len(goals), len(far), float(np.median(far)) if far else None, _clips(goals))
 
 
 def _clips(goals: Sequence[Scored]) -> list[Clip]:
