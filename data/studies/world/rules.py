@@ -21,7 +21,7 @@ from pitchlore.pipeline.arena.match.match import Match
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams import static
-from pitchlore.pipeline.arena.teams.table import TEAMS, Memory, Script, TeamKind
+from pitchlore.pipeline.arena.teams.table import TEAMS, Script, TeamKind, TeamMemory
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.schemas import SIDES
 
@@ -48,7 +48,7 @@ class Side(NamedTuple):
         return script._replace(new_memory=partial(_memory, self.without)) if self.without else script
 
 
-def _memory(without: tuple[str, ...], *said: object) -> Memory:
+def _memory(without: tuple[str, ...], *said: object) -> TeamMemory:
     robots, rules = static.new_memory(*said)  # type: ignore[arg-type]
     for rule in without:
         rules[rule] = False

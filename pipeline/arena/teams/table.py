@@ -13,7 +13,7 @@ from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
 
 #: The arrays that a team remembers a match in; their meaning is the team's business.
-Memory = tuple[npt.NDArray[Any], ...]
+TeamMemory = tuple[npt.NDArray[Any], ...]
 
 
 class Script(NamedTuple):
@@ -33,7 +33,7 @@ class Script(NamedTuple):
             - memory: as ``new_memory`` made it and the frames before left it.
     """
 
-    new_memory: Callable[[int, Measures, Generator, People], Memory]
+    new_memory: Callable[[int, Measures, Generator, People], TeamMemory]
     play: Callable[..., None]
 
 
