@@ -78,7 +78,7 @@ def paid(restarts: pl.DataFrame) -> list[Paid]:
     return found
 
 
-class Moments(NamedTuple):
+class FollowedSamples(NamedTuple):
     """Samples of play of one side, and how many were followed by what within SOON_S in the same segment.
 
     Attributes:
@@ -96,7 +96,7 @@ class Moments(NamedTuple):
 
 def any_moment(
     trajectories: pl.DataFrame, shots: pl.DataFrame, referee: pl.DataFrame
-) -> dict[str, Moments]:
+) -> dict[str, FollowedSamples]:
     """The control: what follows any sample of play, by side.
 
     Args:
@@ -119,11 +119,11 @@ def any_moment(
         return found["then"].count()
 
     counts = {side: (followed(shot, side), followed(goals, side)) for side in SIDES}
-    return {side: Moments(samples.height, *counts[side], *counts[other])
+    return {side: FollowedSamples(samples.height, *counts[side], *counts[other])
             for side, other in (SIDES, SIDES[::-1])}
 
 
-def over_matches(each: list[Moments]) -> Paid | None:
+def over_matches(each: list[FollowedSamples]) -> Paid | None:
     """The control over a team's sides in matches; None without a sample. Its shares have no interval."""
     n, *hits = (sum(values) for values in zip(*each, strict=True)) if each else (0,)
     if not n:

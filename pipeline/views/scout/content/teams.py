@@ -32,7 +32,7 @@ from pitchlore.pipeline.views.scout.maps import lying, neuron_key
 from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.occurrences import occurrences, placed
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
-from pitchlore.pipeline.views.scout.restarts import SOON_S, Moments, paid
+from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, paid
 from pitchlore.pipeline.views.scout.restarts import over_matches as any_moment
 from pitchlore.pipeline.views.scout.transitions import Followed, around, transitions
 from pitchlore.pipeline.views.scout.words import of_behaviour, said
@@ -63,7 +63,7 @@ def facts(
     for match in matches:
         line = lines[match.name]
         for side in sides_of(team, match):
-            moments.append(Moments(*line["any_moment"][side]))
+            moments.append(FollowedSamples(*line["any_moment"][side]))
             for name, each in leads.items():
                 each.append(ByLead(*line["by_lead"][side][name]))
             rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
