@@ -146,7 +146,7 @@ def test_never_over_another(written, tmp_path):
 def test_nothing_half_written(league, tmp_path, monkeypatch):
     """If an episode cannot be written, there is no dataset."""
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
-    origin = datasets.Origin({}, None, "pitchlore", {})  # no match has a seed, not even None
+    origin = datasets.DecisionSource({}, None, "pitchlore", {})  # no match has a seed, not even None
     with pytest.raises(KeyError):
         datasets.write(ID, table(league), origin)
     assert not (tmp_path / "minari" / ID).exists()

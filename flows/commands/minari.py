@@ -43,7 +43,7 @@ def minari(dataset: str, *matches: str, json: Json = False, common: Common = DEF
                        next_step="Import more matches and `pitchlore run`")
     digests = {name: sha256_of(receipt, name) for receipt, names in made for name in names}
     newest = made[0][0]
-    written = datasets.write(dataset, decisions, datasets.Origin(
+    written = datasets.write(dataset, decisions, datasets.DecisionSource(
         {name: _seed(store, name) for name in sorted(digests)}, _version(store, digests), newest.software,
         newest.settings,
     ))  # fmt: skip

@@ -41,7 +41,7 @@ _EPISODE = ("match_id", "team", "robot", "episode")
 RANDOMLY = f"{MOVES_RANDOMLY:03d}"
 
 
-class Origin(NamedTuple):
+class DecisionSource(NamedTuple):
     """Where decisions come from.
 
     Attributes:
@@ -74,7 +74,7 @@ class Written(NamedTuple):
     behaviours: tuple[str, ...]
 
 
-def write(dataset_id: str, decisions: pl.DataFrame, origin: Origin) -> Written:
+def write(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSource) -> Written:
     """Write decisions as a dataset where Minari keeps its own: ``MINARI_DATASETS_PATH``, else ``~/.minari``.
 
     What was written is removed if it cannot be finished.
@@ -153,7 +153,7 @@ def _episodes(
         )
 
 
-def _described(origin: Origin) -> str:
+def _described(origin: DecisionSource) -> str:
     version = origin.knowledge_version
     known = "no version of the knowledge" if version is None else f"version {version} of the knowledge"
     return (
