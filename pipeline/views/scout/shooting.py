@@ -20,7 +20,7 @@ MEANS = {
 assert tuple(MEANS) == OUTCOMES
 
 
-class Outcome(NamedTuple):
+class ShotOutcome(NamedTuple):
     """Shots with one outcome.
 
     Attributes:
@@ -49,7 +49,7 @@ class Shooting(NamedTuple):
         scored: goals among these.
     """
 
-    rows: list[Outcome]
+    rows: list[ShotOutcome]
     n: int
     on_target: int
     distance: float | None
@@ -67,7 +67,7 @@ def shooting(shots: pl.DataFrame) -> Shooting:
     rows = []
     for outcome, means in MEANS.items():
         own = shots.filter(pl.col("outcome") == outcome)
-        rows.append(Outcome(outcome, means, own.height, _median(own)))
+        rows.append(ShotOutcome(outcome, means, own.height, _median(own)))
     known = shots.drop_nulls("xg")
     return Shooting(
         rows, shots.height, shots.height - rows[-1].n, _median(shots),
