@@ -34,7 +34,7 @@ from pitchlore.schemas.decisions import ENDS
 PART = 1024
 
 
-class Part(NamedTuple):
+class LogPart(NamedTuple):
     """Frames, events and decisions since the last part, as a recorder takes them.
 
     Attributes:
@@ -153,7 +153,7 @@ class Match:
         self._look()
         self.over = True
 
-    def take(self) -> Part:
+    def take(self) -> LogPart:
         """The part since the last call."""
         match_id = self.recipe.match_id
         events, self._events = self._events, []
@@ -163,7 +163,7 @@ class Match:
             decisions_of(controller.decided(), team, match_id, self.laws.hz)
             for team, controller in zip(SIDES, self.controllers, strict=True)
         ]
-        return Part(
+        return LogPart(
             frames_of(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws.hz),
             table(match_id, events),
             pl.concat(made).sort("end_ns", "team", "robot", "t_ns"),
