@@ -57,7 +57,7 @@ class Span:
 
 
 @dataclass(slots=True)
-class Part:
+class LogExtent:
     """One log of a file: number of messages, and when the first and the last were received, ns."""
 
     messages: int = 0
@@ -88,7 +88,7 @@ class Survey:
     """
 
     damage: ContainerFlaws = field(default_factory=ContainerFlaws)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[LogExtent] = field(default_factory=list)
     used: int = 1
     sizes: Counter[Size] = field(default_factory=Counter)
     vision: Span = field(default_factory=Span)
@@ -143,7 +143,7 @@ def _read(log: Container, found: Survey, source: SourceFile) -> None:
 def _is_of_match(found: Survey, batch: Batch) -> bool:
     """True if a batch is of the match with which the file begins; it is counted either way."""
     while len(found.parts) <= batch.part:
-        found.parts.append(Part())
+        found.parts.append(LogExtent())
     part = found.parts[batch.part]
     first = int(batch.packets[0, RECEIVED])
     if not part.messages:
