@@ -115,7 +115,7 @@ def played_s(trajectories: pl.DataFrame) -> float:
     return int(spans["lasts"].sum()) / 1e9
 
 
-class Part(NamedTuple):
+class MatchPart(NamedTuple):
     """A part of a match.
 
     Attributes:
@@ -129,7 +129,7 @@ class Part(NamedTuple):
     territory: float | None
 
 
-def parts(tables: Tables) -> list[Part]:
+def parts(tables: Tables) -> list[MatchPart]:
     """Possession and territory in each of :data:`PARTS` parts of a match of equal length."""
     end = max(int(tables.matches["duration_s"][0] * 1e9), 1)
     edges = np.linspace(0, end, PARTS + 1)
@@ -145,7 +145,7 @@ def parts(tables: Tables) -> list[Part]:
         return float(own / of) if of else None
 
     rows = zip(edges[:-1], held[0], held.sum(axis=0), ahead, seen, strict=True)
-    return [Part(float(start) / 1e9, share(home, both), share(over, of))
+    return [MatchPart(float(start) / 1e9, share(home, both), share(over, of))
             for start, home, both, over, of in rows]
 
 
