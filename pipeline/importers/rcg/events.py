@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pitchlore.pipeline.importers.rcg.lines import Record
+from pitchlore.pipeline.importers.rcg.lines import ParsedLines
 from pitchlore.pipeline.importers.rows import Event
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.numbers.arrays import I64
@@ -16,7 +16,7 @@ _RESTARTS = {
 _BREAKS = {"before_kick_off", "first_half_over", "half_time", "kick_off"}
 
 
-def events_of(record: Record, t_ns: I64, source: SourceFile) -> tuple[list[Event], bool]:
+def events_of(record: ParsedLines, t_ns: I64, source: SourceFile) -> tuple[list[Event], bool]:
     """Referee events, and whether the log reaches time over.
 
     Raises:
@@ -78,7 +78,7 @@ def events_of(record: Record, t_ns: I64, source: SourceFile) -> tuple[list[Event
     return events, over
 
 
-def _score_at_start(record: Record) -> dict[Side, int | None]:
+def _score_at_start(record: ParsedLines) -> dict[Side, int | None]:
     """The score at which the log begins: the first that it tells, without the goals that it has until then.
 
     A log that tells none has 0 : 0 if it begins with the match; else nobody knows.

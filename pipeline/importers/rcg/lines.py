@@ -54,7 +54,7 @@ class Server:
 
 
 @dataclass(slots=True)
-class Record:
+class ParsedLines:
     """Lines of a log, parsed; F complete show lines.
 
     Attributes:
@@ -86,9 +86,9 @@ class Record:
     uncounted: int = 0
 
 
-def scan(text: bytes) -> Record:
+def scan(text: bytes) -> ParsedLines:
     """Parse line by line; a line that cannot be parsed is counted and skipped."""
-    record = Record()
+    record = ParsedLines()
     for raw in text.split(b"\n"):
         line = raw.strip()
         if not line:
@@ -111,7 +111,7 @@ def scan(text: bytes) -> Record:
     return record
 
 
-def _show_line(line: bytes, record: Record) -> bool:
+def _show_line(line: bytes, record: ParsedLines) -> bool:
     """Append a show line to the record; False if the line is incomplete."""
     head = _SHOW.match(line)
     players = [] if head is None else _PLAYER.findall(line, head.end())

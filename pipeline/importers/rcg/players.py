@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.importers.rcg.lines import COUNTED, PLACES, Record
+from pitchlore.pipeline.importers.rcg.lines import COUNTED, PLACES, ParsedLines
 from pitchlore.pipeline.importers.rows import pack
 from pitchlore.pipeline.matches.frame import Frames, wrap
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
@@ -41,7 +41,7 @@ class Players(NamedTuple):
     body: list[tuple[bytes, ...]]
 
 
-def players_of(record: Record) -> Players:
+def players_of(record: ParsedLines) -> Players:
     """The players of a log's show lines."""
     counts = np.array([len(players) for players in record.players], dtype=np.int64)
     fields = list(zip(*chain.from_iterable(record.players), strict=True)) or [()] * 8
@@ -55,7 +55,7 @@ def players_of(record: Record) -> Players:
     )
 
 
-def frames_of(record: Record, players: Players) -> Frames:
+def frames_of(record: ParsedLines, players: Players) -> Frames:
     """Samples in our axes and units."""
     per_second = 1000 / record.server.step_ms
     t_ns = np.array(record.ticks, dtype=np.int64) * (record.server.step_ms * 1_000_000)
@@ -83,7 +83,7 @@ def _floats(column: tuple[bytes, ...]) -> F64:
     return np.array(column, dtype="S").astype(np.float64)
 
 
-def commands_of(record: Record, players: Players, t_ns: I64, match_id: str) -> pl.DataFrame:
+def commands_of(record: ParsedLines, players: Players, t_ns: I64, match_id: str) -> pl.DataFrame:
     """Rows of schema Commands: where a player's counters are greater than in the player's line before.
 
     A player's first line gives no row, because the log did not see what it counts. A line in which one of

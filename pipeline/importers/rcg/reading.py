@@ -8,7 +8,7 @@ from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.rcg.events import events_of
-from pitchlore.pipeline.importers.rcg.lines import Record, scan
+from pitchlore.pipeline.importers.rcg.lines import ParsedLines, scan
 from pitchlore.pipeline.importers.rcg.players import commands_of, frames_of, players_of
 from pitchlore.pipeline.importers.rows import referee
 from pitchlore.pipeline.importers.source import SourceFile
@@ -76,7 +76,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 
 def _damage(
-    record: Record, t_ns: I64, gzip_damage: str | None, *, cut: bool
+    record: ParsedLines, t_ns: I64, gzip_damage: str | None, *, cut: bool
 ) -> tuple[list[Flaw], str | None]:
     """Flaws, and the reason why the log is not complete (None if it is)."""
     flaws = []
