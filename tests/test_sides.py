@@ -9,7 +9,7 @@ from polars.testing import assert_frame_equal
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.settings import SideSettings, parse_settings
 from pitchlore.pipeline.sides import sides
-from pitchlore.pipeline.sides.teams import Record, Team, imitated, of_sides, of_teams, sides_of, teams
+from pitchlore.pipeline.sides.teams import Team, TeamRecord, imitated, of_sides, of_teams, sides_of, teams
 from pitchlore.schemas import SIDES, Sides
 
 pytestmark = pytest.mark.unit
@@ -42,7 +42,7 @@ class TestSides:
     def test_against_itself(self):
         """Two sides of one name are one team."""
         assert counted(match("static", "static")) == ["static", "static"]
-        assert teams(sides(match("static", "static"), SideSettings())) == {Team("static", "vsss"): Record(1, 1, 0)}
+        assert teams(sides(match("static", "static"), SideSettings())) == {Team("static", "vsss"): TeamRecord(1, 1, 0)}
 
     @pytest.mark.parametrize(("settings", "whom"), [
         ({"watch": ("away",)}, [None, "Blues"]),
@@ -89,7 +89,7 @@ class TestTeams:
         """Matches, those without decisions of their own, and goals in these; an unknown score is none."""
         found = teams(played((("Reds", "Blues"), {}), (("Blues", "Reds"), {"goals": (0, 4)}), (("Reds", "Blues"), {"goals": (None, None)})),
                       {"m1-0123456789ab": ["home"]})
-        assert found == {Team("Blues", "vsss"): Record(3, 2, -2), Team("Reds", "vsss"): Record(3, 3, 6)}
+        assert found == {Team("Blues", "vsss"): TeamRecord(3, 2, -2), Team("Reds", "vsss"): TeamRecord(3, 3, 6)}
 
     def test_imitated(self):
         """Policies imitate the team of most matches, the better one of several, or the one that is named."""

@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.outputs import digests, need
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import KnowledgeSettings
-from pitchlore.pipeline.sides.teams import Record, Team, imitated, teams
+from pitchlore.pipeline.sides.teams import Team, TeamRecord, imitated, teams
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
@@ -103,13 +103,13 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     )
 
 
-def _added_up(before: Held | None, records: dict[Team, Record]) -> dict[Team, Record]:
+def _added_up(before: Held | None, records: dict[Team, TeamRecord]) -> dict[Team, TeamRecord]:
     """The records of teams, with those of the version before."""
     total = dict(records)
     for row in before.details.get("teams", ()) if before is not None else ():
         team = Team(row["team"], row["kind"])
-        new = total.get(team, Record(0, 0, 0))
-        total[team] = Record(*(row[name] + value for name, value in new._asdict().items()))
+        new = total.get(team, TeamRecord(0, 0, 0))
+        total[team] = TeamRecord(*(row[name] + value for name, value in new._asdict().items()))
     return dict(sorted(total.items()))
 
 

@@ -24,7 +24,7 @@ class Team(NamedTuple):
     kind: str
 
 
-class Record(NamedTuple):
+class TeamRecord(NamedTuple):
     """Counts by which a team is chosen to be imitated.
 
     Attributes:
@@ -40,7 +40,7 @@ class Record(NamedTuple):
 
 def teams(
     sides: pl.DataFrame, choosing: Mapping[str, Collection[str]] = MappingProxyType({})
-) -> dict[Team, Record]:
+) -> dict[Team, TeamRecord]:
     """The teams that count, by name.
 
     Args:
@@ -54,10 +54,10 @@ def teams(
         pl.col("match_id").n_unique(), pl.col("match_id").filter(~pl.col("own")).n_unique().alias("watched"),
         difference.filter(~pl.col("own")).sum().alias("difference"),
     ).sort("counts_as", "kind")
-    return {Team(name, kind): Record(*rest) for name, kind, *rest in rows.iter_rows()}
+    return {Team(name, kind): TeamRecord(*rest) for name, kind, *rest in rows.iter_rows()}
 
 
-def imitated(records: Mapping[Team, Record], name: str | None, before: Team | None = None) -> Team | None:
+def imitated(records: Mapping[Team, TeamRecord], name: str | None, before: Team | None = None) -> Team | None:
     """The team whose behaviours policies choose from.
 
     It is that of most matches in which it logged no decisions: a learner does not imitate itself. Of several,
