@@ -55,7 +55,7 @@ NOUN = "seasons"
 #: Folder, in a season's own store, of the logs of games that a person left before their end.
 LEFT = "left"
 #: Plays a match for a store, unless that has it (:func:`pipeline.engine.record.record`).
-Recorder = Callable[[Store, Recipe, Mapping[str, PolicyTables]], object]
+MatchRecorder = Callable[[Store, Recipe, Mapping[str, PolicyTables]], object]
 #: What is kept of the games of a season that is to leave little behind.
 _KEPT = ("sides", "sequences", "decisions")
 
@@ -90,7 +90,7 @@ def group_of(game: int) -> str:
     return f"game-{game:03d}"
 
 
-def play(data: Path, season: Season, game: int, recorder: Recorder = record) -> list[str]:
+def play(data: Path, season: Season, game: int, recorder: MatchRecorder = record) -> list[str]:
     """Play the missing matches of a game. Returns the ids of all its matches, the counted one first.
 
     Args:
