@@ -16,7 +16,7 @@ from support.ssl_messages import Message, log
 
 from pitchlore.pipeline.base.errors import BadRecording, DamagedLog
 from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
-from pitchlore.pipeline.importers.packets.recording import Recording, is_recording
+from pitchlore.pipeline.importers.packets.recording import PacketRecording, is_recording
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.importers.tracking.mapping import load_map
@@ -46,7 +46,7 @@ def of_log(messages: list[Message]) -> list[Packet]:
 
 def listed(data: bytes) -> tuple[list[Packet], list[str]]:
     """Packets of a recording, and why it is not whole."""
-    recording = Recording(data, "x.mcap")
+    recording = PacketRecording(data, "x.mcap")
     found = [Packet(channel, t_ns, packets.data[start:end].tobytes()) for packets in recording.packets()
              for channel, t_ns, start, end in zip(*(column.tolist() for column in packets[1:]), strict=True)]
     return found, recording.reasons()
@@ -111,7 +111,7 @@ def test_a_recording_is_no_log_of_ours() -> None:
     assert is_recording(data)
     assert open_source(data, "x.mcap").format == "packets"
     with pytest.raises(DamagedLog, match=r"x\.mcap: does not say which league's packets it has"):
-        Recording(data.replace(b"ssl", b"xxx"), "x.mcap")
+        PacketRecording(data.replace(b"ssl", b"xxx"), "x.mcap")
 
 
 def test_ssl_as_from_the_leagues_log() -> None:

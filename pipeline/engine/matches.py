@@ -18,7 +18,7 @@ from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.isolated import read_isolated
 from pitchlore.pipeline.engine.recognised import warm, with_recognition
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.importers.packets.recording import Recording as PacketRecording
+from pitchlore.pipeline.importers.packets.recording import PacketRecording
 from pitchlore.pipeline.importers.packing import Octets
 from pitchlore.pipeline.importers.readers import is_ours, open_parts, read
 from pitchlore.pipeline.importers.source import SourceFile, slug

@@ -8,7 +8,7 @@ from dataclasses import replace
 import polars as pl
 
 from pitchlore.pipeline.importers.packets import ssl, vsss
-from pitchlore.pipeline.importers.packets.recording import Recording, is_recording
+from pitchlore.pipeline.importers.packets.recording import PacketRecording, is_recording
 from pitchlore.pipeline.importers.packets.streams import LeagueName
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
@@ -32,7 +32,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         BadRecording: if its packets give no match.
         DamagedLog: if the recording does not say whose packets it has, or declares more than is read.
     """
-    match = _READ[Recording(source.content, source.name).league](source, mapping)
+    match = _READ[PacketRecording(source.content, source.name).league](source, mapping)
     flaws, reasons = _damage(source)
     if not reasons:
         return match
@@ -45,7 +45,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 def _damage(source: SourceFile) -> tuple[list[Flaw], list[str]]:
     """Flaws of the file, by times from its first packet on, and the reason why it is not whole."""
-    recording, first = Recording(source.content, source.name), None
+    recording, first = PacketRecording(source.content, source.name), None
     for packets in recording.packets():
         first = int(packets.t_ns[0]) if first is None else first
     origin = first or 0

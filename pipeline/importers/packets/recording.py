@@ -43,7 +43,7 @@ class Packets(NamedTuple):
     end: I64
 
 
-class Recording:
+class PacketRecording:
     """A recording, read once.
 
     Args:

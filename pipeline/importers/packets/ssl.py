@@ -6,7 +6,7 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
-from pitchlore.pipeline.importers.packets.recording import Recording
+from pitchlore.pipeline.importers.packets.recording import PacketRecording
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.ssl_logs import reading
 from pitchlore.pipeline.importers.ssl_logs.container import MAGIC
@@ -24,7 +24,7 @@ class _AsLog(SourceFile):
     def pieces(self) -> Iterator[bytes]:
         """The log in pieces, one for each chunk of the recording."""
         yield _HEADER
-        for packets in Recording(self.content, self.name).packets():
+        for packets in PacketRecording(self.content, self.name).packets():
             whole = packets.data.tobytes()
             columns = (packets.channel, packets.t_ns, packets.start, packets.end)
             yield b"".join(

@@ -19,7 +19,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.importers.packets.recording import Recording
+from pitchlore.pipeline.importers.packets.recording import PacketRecording
 from pitchlore.pipeline.importers.packets.streams import channels
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
@@ -162,7 +162,7 @@ def _table(
     """The recording as a tracking table of the plain form, its pitch, packets lost, when it began."""
     channel = channels("vsss")
     parts, times, said, lost = [], [], list[Said](), 0
-    for packets in Recording(source.content, source.name).packets():
+    for packets in PacketRecording(source.content, source.name).packets():
         seen = packets.channel == channel["vision"]
         found = environments(packets.data, packets.start[seen], packets.end[seen])
         parts.append(found)
