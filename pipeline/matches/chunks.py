@@ -19,7 +19,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 
-from pitchlore.pipeline.matches.records import Records, as_array, walk
+from pitchlore.pipeline.matches.records import McapRecords, as_array, walk
 from pitchlore.pipeline.numbers.arrays import I64, U8
 
 #: Most bytes of content; a chunk that declares more is not decompressed.
@@ -110,7 +110,7 @@ def seal(
     )
 
 
-def unseal(body: memoryview) -> tuple[U8, Records]:
+def unseal(body: memoryview) -> tuple[U8, McapRecords]:
     """Content of a chunk and the records in it, after all checks.
 
     Raises:
@@ -136,7 +136,7 @@ def unseal(body: memoryview) -> tuple[U8, Records]:
     return array, records
 
 
-def unseal_cut(body: memoryview) -> tuple[U8, Records]:
+def unseal_cut(body: memoryview) -> tuple[U8, McapRecords]:
     """The whole records of a chunk that the file ends in, as far as they decompress; no CRC vouches for them.
 
     Args:

@@ -12,7 +12,7 @@ from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT
 from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Frames, Heights
 from pitchlore.pipeline.matches.messages import Collector, Messages, log_times
 from pitchlore.pipeline.matches.quality import Flaw
-from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, McapRecords
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 from pitchlore.schemas import Commands, Decisions, Referee, Table
 
@@ -50,7 +50,7 @@ class Inbox:
         """Make room for message records of ``capacity`` bytes in all; comes before :meth:`take`."""
         self._collectors = {i: Collector(topic.head, capacity) for i, topic in TOPICS.items()}
 
-    def take(self, content: U8, records: Records) -> None:
+    def take(self, content: U8, records: McapRecords) -> None:
         """Take the messages among the records of ``content`` (uint8), in order."""
         is_message = records.opcodes == MESSAGE
         if not is_message.all():

@@ -19,7 +19,7 @@ from mcap.writer import MCAP0_MAGIC
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal, unseal_cut
 from pitchlore.pipeline.matches.quality import Flaw
-from pitchlore.pipeline.matches.records import FRAMING_BYTES, Records, as_array, find_records, walk
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, McapRecords, as_array, find_records, walk
 from pitchlore.pipeline.numbers.arrays import U8
 
 #: Most bytes of content of all chunks; a file that declares more is not read.
@@ -102,7 +102,7 @@ class McapFile:
         copies = self._decoded(Opcode.METADATA, Metadata.read, self._view, self.records)
         return [copy.metadata for copy in copies if copy.name == name]
 
-    def contents(self) -> Iterator[tuple[U8, Records]]:
+    def contents(self) -> Iterator[tuple[U8, McapRecords]]:
         """Bytes that hold message records, and the records, in the order of the file; damage is noted."""
         heads = {body: ChunkHead.of(chunk) for body, chunk in self._chunks.items()}
         for number, (body, after) in enumerate(pairwise([0, *self._chunks, len(self._view)])):
@@ -140,7 +140,7 @@ class McapFile:
             self.damaged("bytes outside the chunks' content are damaged (CRC of the data section)")
 
     def _decoded(
-        self, opcode: Opcode, decode: Callable[[ReadDataStream], R], content: memoryview, records: Records
+        self, opcode: Opcode, decode: Callable[[ReadDataStream], R], content: memoryview, records: McapRecords
     ) -> list[R]:
         """Records of one kind, decoded; damaged ones become flaws."""
         found = []
@@ -177,7 +177,7 @@ class McapFile:
             sorted([*landmarks, start - _DATA_END_BYTES]),
         )
 
-    def _survey(self) -> Records:
+    def _survey(self) -> McapRecords:
         """The records of the data section; damage and an early end become flaws."""
         content, summary = as_array(self._view), self._summary
         stop, landmarks = (summary.start, summary.landmarks) if summary else (len(content), [])
@@ -190,7 +190,7 @@ class McapFile:
             self.damaged(f"its data end without notice at byte {end}", flaw="truncated")
         return records
 
-    def _declare(self, content: memoryview, records: Records) -> None:
+    def _declare(self, content: memoryview, records: McapRecords) -> None:
         """Register schemas, and give the channels away."""
         for schema in self._decoded(Opcode.SCHEMA, Schema.read, content, records):
             self._schemas.setdefault(schema.id, schema)
@@ -216,7 +216,7 @@ class McapFile:
                              next_step="Split it if you trust it")
         return declared + int(self._loose.lengths.sum()) + FRAMING_BYTES * len(self._loose.lengths)
 
-    def _cut_content(self, body: memoryview) -> Iterator[tuple[U8, Records]]:
+    def _cut_content(self, body: memoryview) -> Iterator[tuple[U8, McapRecords]]:
         """Readable part of the chunk that the file ends in."""
         content, records = unseal_cut(body)
         if not len(records.opcodes):
@@ -227,7 +227,7 @@ class McapFile:
         self.damaged(f"the last chunk is cut off: its first {share:.0%} were kept, which no CRC vouches for",
                      flaw="damaged chunk", span=(head.start_ns, head.end_ns))
 
-    def _declared_in(self, content: U8, records: Records) -> tuple[U8, Records]:
+    def _declared_in(self, content: U8, records: McapRecords) -> tuple[U8, McapRecords]:
         """The same, after its schemas and channels were taken up."""
         if (records.opcodes != Opcode.MESSAGE).any():
             self._declare(content.data, records)

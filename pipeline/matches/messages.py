@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
+from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, McapRecords
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 
 Heads = npt.NDArray[np.void]
@@ -78,7 +78,7 @@ class Collector:
         self._offsets = np.empty(most + 1, dtype=np.int64)
         self._offsets[0] = self._count = 0
 
-    def take(self, content: U8, records: Records) -> None:
+    def take(self, content: U8, records: McapRecords) -> None:
         """Take message records of ``content``; each body is at least as long as its part of the head."""
         if not len(records.bodies):
             return
@@ -111,7 +111,7 @@ def lay_out(messages: Messages) -> tuple[U8, I64]:
     return out, starts
 
 
-def log_times(content: U8, records: Records) -> I64:
+def log_times(content: U8, records: McapRecords) -> I64:
     """Log times of message records, int64 [K]; 0 for a record too short to hold its channel and times."""
     times = np.zeros(len(records.bodies), dtype=np.int64)
     addressed = records.channels >= 0

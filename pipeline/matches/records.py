@@ -24,7 +24,7 @@ FRAMING_BYTES = 9
 ADDRESS_BYTES = 22
 
 
-class Records(NamedTuple):
+class McapRecords(NamedTuple):
     """Records in order, [K] each.
 
     Attributes:
@@ -39,9 +39,9 @@ class Records(NamedTuple):
     bodies: I64
     lengths: I64
 
-    def keep(self, mask: Bools | slice) -> Records:
+    def keep(self, mask: Bools | slice) -> McapRecords:
         """The records where ``mask`` [K] is true."""
-        return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
+        return McapRecords(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
 
 
 def encoded(*records: McapRecord) -> bytes:
@@ -62,7 +62,7 @@ def as_array(data: bytes | memoryview) -> U8:
 
 def find_records(
     content: U8, start: int, stop: int, landmarks: Sequence[int]
-) -> tuple[Records, int, list[int]]:
+) -> tuple[McapRecords, int, list[int]]:
     """Records in ``content[start:stop]``, up to and including the DataEnd, also after damaged ones.
 
     Args:
@@ -89,10 +89,10 @@ def find_records(
             break
         damaged.append(int(starts[whole]) if whole < len(starts) else end)
         start, ahead = int(ahead[0]), ahead[1:]
-    return Records(*map(np.concatenate, zip(*parts, strict=True))), end, damaged
+    return McapRecords(*map(np.concatenate, zip(*parts, strict=True))), end, damaged
 
 
-def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
+def walk(content: U8, start: int, stop: int) -> tuple[McapRecords, int]:
     """Records in ``content[start:stop]``, up to and including a DataEnd.
 
     Returns:
@@ -107,7 +107,7 @@ _NOWHERE = np.empty(0, dtype=np.int64)
 
 
 @njit(cache=True, nogil=True)
-def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[Records, int, int]:
+def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[McapRecords, int, int]:
     """As :func:`walk`; it also ends after a record that covers the next landmark.
 
     So a search walks over each byte at most twice, however many landmarks a hostile file has.
@@ -137,7 +137,7 @@ def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[Records, 
         if opcodes[k] == MESSAGE and lengths[k] >= ADDRESS_BYTES:
             channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
         at += FRAMING_BYTES + lengths[k]
-    return Records(opcodes, channels, bodies, lengths), int(end), passed
+    return McapRecords(opcodes, channels, bodies, lengths), int(end), passed
 
 
 @njit(cache=True, nogil=True, inline="always")
