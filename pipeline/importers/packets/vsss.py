@@ -99,7 +99,7 @@ def score(found: Environments) -> tuple[int, int] | None:
     return blue, yellow
 
 
-class Said(NamedTuple):
+class RefereeCommand(NamedTuple):
     """A command of the referee.
 
     Attributes:
@@ -120,7 +120,7 @@ def are_commands(data: U8, start: I64, end: I64) -> Bools:
     return _known(_decode_commands(data, start, end))
 
 
-def commands(data: U8, t_ns: I64, start: I64, end: I64) -> tuple[list[Said], int]:
+def commands(data: U8, t_ns: I64, start: I64, end: I64) -> tuple[list[RefereeCommand], int]:
     """The referee's commands, and the number of packets that are none."""
     rows, clocks = _decode_commands(data, start, end), _clocks(data, start, end)
     known = _known(rows)
@@ -130,7 +130,7 @@ def commands(data: U8, t_ns: I64, start: I64, end: I64) -> tuple[list[Said], int
     ):
         word = _FOULS[foul]
         state = f"{word}_{_COLOURS[colour]}" if 0 <= colour < len(_COLOURS) else word
-        said.append(Said(at, half, state, clock if math.isfinite(clock) else None))
+        said.append(RefereeCommand(at, half, state, clock if math.isfinite(clock) else None))
     return said, int((~known).sum())
 
 
@@ -161,7 +161,7 @@ def _table(
 ) -> tuple[pl.DataFrame, dict[str, object], int, datetime]:
     """The recording as a tracking table of the plain form, its pitch, packets lost, when it began."""
     channel = channels("vsss")
-    parts, times, said, lost = [], [], list[Said](), 0
+    parts, times, said, lost = [], [], list[RefereeCommand](), 0
     for packets in PacketRecording(source.content, source.name).packets():
         seen = packets.channel == channel["vision"]
         found = environments(packets.data, packets.start[seen], packets.end[seen])
@@ -202,7 +202,7 @@ def _score(frames: F64, of: I64, *, blue_is_home: bool) -> dict[str, pl.Series]:
     return {f"score_{side}": pl.Series(goals[of, i].astype(np.int64)) for i, side in enumerate(sides)}
 
 
-def _states(said: list[Said], t_ns: I64) -> list[str | None]:
+def _states(said: list[RefereeCommand], t_ns: I64) -> list[str | None]:
     """State of the game of each frame: the commands since the frame before, else what held there.
 
     Where the half has changed, a word says so.
