@@ -12,7 +12,7 @@ import numpy as np
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.tracking.ball_goals import Ball, BallGoal, Crossing, Sequel, ball_goals
 from pitchlore.pipeline.importers.tracking.mapping import GoalFinding
-from pitchlore.pipeline.importers.tracking.states import STOPS, Course, Found, Said
+from pitchlore.pipeline.importers.tracking.states import STOPS, Course, Found, StateWords
 from pitchlore.pipeline.matches.frame import Period, home_attacks
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.numbers.arrays import Bools
@@ -62,7 +62,7 @@ class Scoring(NamedTuple):
 
 
 def scoring(
-    course: Course, said: Said, periods: Sequence[Period], unknown: Sequence[tuple[int, int]], pitch: Pitch,
+    course: Course, said: StateWords, periods: Sequence[Period], unknown: Sequence[tuple[int, int]], pitch: Pitch,
     finding: GoalFinding, lack: Lack = OF_A_TABLE,
 ) -> Scoring:
     """Origin of the goals of a table, and the goals found from the ball.
@@ -133,7 +133,7 @@ def _words(goal: BallGoal) -> str:
     return f"{_CROSSED[goal.crossing]}, {_AFTER[goal.sequel]}"
 
 
-def _ball(course: Course, said: Said, seen: Bools) -> Ball:
+def _ball(course: Course, said: StateWords, seen: Bools) -> Ball:
     """The ball where it was seen, once at each time."""
     kept = np.flatnonzero(seen)
     kept = kept[np.diff(course.t_ns[kept], prepend=-1) > 0]

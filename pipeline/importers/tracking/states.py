@@ -54,7 +54,7 @@ class Token(NamedTuple):
 
 
 #: The words of the states, by the index of the frame at which each begins.
-Said = dict[int, list[Token]]
+StateWords = dict[int, list[Token]]
 
 
 class Found(NamedTuple):
@@ -144,12 +144,12 @@ def changes(states: Sequence[str | None] | None) -> Iterator[tuple[int, str]]:
             yield index, state
 
 
-def words_of(course: Course, names: tuple[str, str], mapping: TrackingMap) -> Said:
+def words_of(course: Course, names: tuple[str, str], mapping: TrackingMap) -> StateWords:
     """The words of the states of a match."""
     return {index: tokens(state, names, mapping) for index, state in changes(course.states)}
 
 
-def halves(course: Course, said: Said) -> list[int]:
+def halves(course: Course, said: StateWords) -> list[int]:
     """Times of the half-times, ns."""
     return [int(course.t_ns[index]) for index, known in said.items() if any(t.event == "half" for t in known)]
 
@@ -204,7 +204,7 @@ class _Referee:
 
 
 def referee_events(
-    course: Course, said: Said, centre: float, source: SourceFile, found: Sequence[Found] = (), *,
+    course: Course, said: StateWords, centre: float, source: SourceFile, found: Sequence[Found] = (), *,
     by_ball: bool = False,
 ) -> tuple[list[Event], list[Flaw]]:
     """Referee events in order of time, and flaws of words that are not known.
@@ -288,13 +288,13 @@ def referee_events(
     return referee.events, flaws
 
 
-def _begins(said: Said) -> bool:
+def _begins(said: StateWords) -> bool:
     """True if the match begins in the recording: a kick-off is the first event that does not stop play."""
     events = (token.event or "stop" for index in sorted(said) for token in said[index])
     return next((event for event in events if event not in STOPS - {"goal"}), None) == "kick-off"
 
 
-def _told(course: Course, said: Said, goal: Found) -> bool:
+def _told(course: Course, said: StateWords, goal: Found) -> bool:
     """True if the states themselves say when play goes on after a goal that was found."""
     assert goal.restart is not None
     until = course.t_ns[goal.restart] + _STATE_LATE_NS
