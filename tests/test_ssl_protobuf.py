@@ -18,7 +18,7 @@ from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import channels
 from pitchlore.pipeline.importers.ssl_logs import tracker
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from pitchlore.pipeline.live.referee import Said, said_in
+from pitchlore.pipeline.live.referee import RefereePacket, said_in
 from pitchlore.pipeline.live.sight import batch_of
 
 TEAM = [("name", 1, "!string"), ("score", 2, "!uint32"), ("red_cards", 3, "!uint32"), ("yellow_cards", 5, "!uint32"),
@@ -57,7 +57,7 @@ def test_we_read_a_referee(left_us: int | None, turned: bool | None) -> None:
     if turned is not None:
         sent.blue_team_on_positive_half = turned
     heard = said_in(Packet(CHANNELS["referee"], 0, sent.SerializeToString()))
-    assert heard == Said(4, 9, left_us, ("TIGERs", "RoboCIn"), (3, 12), turned)
+    assert heard == RefereePacket(4, 9, left_us, ("TIGERs", "RoboCIn"), (3, 12), turned)
 
 
 def test_our_encoder_of_the_referee() -> None:

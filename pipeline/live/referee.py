@@ -12,7 +12,7 @@ from pitchlore.pipeline.live.screening import laid_out
 from pitchlore.pipeline.numbers.arrays import I64
 
 
-class Said(NamedTuple):
+class RefereePacket(NamedTuple):
     """One packet of the game controller; None where it does not say.
 
     Attributes:
@@ -30,7 +30,7 @@ class Said(NamedTuple):
     blue_on_positive: bool | None
 
 
-def said_in(packet: Packet) -> Said:
+def said_in(packet: Packet) -> RefereePacket:
     """The words of a sound packet of the game controller."""
     data, start, end = laid_out([packet])
     told, _ = fields(data, start, end)
@@ -46,7 +46,7 @@ def said_in(packet: Packet) -> Said:
         goals.append(_last(own.varints(f.TEAM_SCORE)[1]))
     zigzag = None if left is None else (left >> 1) ^ -(left & 1)
     sides = None if turned is None else bool(turned)
-    return Said(stage, command, zigzag, (names[0], names[1]), (goals[0], goals[1]), sides)
+    return RefereePacket(stage, command, zigzag, (names[0], names[1]), (goals[0], goals[1]), sides)
 
 
 def _last(values: I64) -> int | None:
