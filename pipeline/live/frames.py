@@ -18,7 +18,7 @@ from pitchlore.pipeline.importers.rows import pack
 from pitchlore.pipeline.importers.ssl_logs import geometry, tracker, vision
 from pitchlore.pipeline.importers.ssl_logs.cameras import Limits, Merger
 from pitchlore.pipeline.importers.ssl_logs.container import RECEIVED, TRACKER, VISION_2010, VISION_2014
-from pitchlore.pipeline.importers.ssl_logs.samples import Samples, frames_of
+from pitchlore.pipeline.importers.ssl_logs.samples import CapturedSamples, frames_of
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detections
 from pitchlore.pipeline.importers.ssl_logs.wire import fields
@@ -146,7 +146,7 @@ class _Ssl:
         self._cameras = {camera: self._cameras[camera] for camera in sending}
         return latest - self._begun_ns >= _SILENT_NS and self._merger.waiting() >= sending
 
-    def _timed(self, samples: Sequence[Samples]) -> Frames:
+    def _timed(self, samples: Sequence[CapturedSamples]) -> Frames:
         """The samples at the times at which they were captured, by our clock."""
         frames = reduce(Frames.followed_by, (frames_of(part, BLUE) for part in samples))
         captured = np.rint(np.concatenate([part.captured for part in samples]) * 1e9).astype(np.int64)

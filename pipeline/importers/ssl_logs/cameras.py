@@ -20,7 +20,7 @@ import numpy as np
 from pitchlore.pipeline.game.pitch import SCALES, Kind
 from pitchlore.pipeline.importers.ssl_logs.balls import BallChooser
 from pitchlore.pipeline.importers.ssl_logs.groups import Groups, expanded, previous
-from pitchlore.pipeline.importers.ssl_logs.samples import Samples
+from pitchlore.pipeline.importers.ssl_logs.samples import CapturedSamples
 from pitchlore.pipeline.importers.ssl_logs.vision import (
     BALL,
     CAMERA,
@@ -96,7 +96,7 @@ class Merger:
         self._balls_before: dict[int, F64] = {}  # by camera: time, x, y of the balls of its last frame
         self._chooser = BallChooser()
 
-    def add(self, found: Detections) -> Samples:
+    def add(self, found: Detections) -> CapturedSamples:
         """Samples of the rounds that end with these frames."""
         slots = self._slots(found)
         if (slots < 0).any():
@@ -108,7 +108,7 @@ class Merger:
         """Cameras that have a frame in the round that is not ended yet."""
         return frozenset(self._open.frames[:, CAMERA].tolist())
 
-    def rest(self) -> Samples:
+    def rest(self) -> CapturedSamples:
         """Sample of the round that was not ended yet."""
         return self._merge(self._open, last=True)
 
@@ -120,7 +120,7 @@ class Merger:
                 self._cameras.setdefault(camera, len(self._cameras))
         return np.array([self._cameras.get(camera, -1) for camera in cameras.tolist()], dtype=np.int64)[which]
 
-    def _merge(self, found: Detections, *, last: bool) -> Samples:
+    def _merge(self, found: Detections, *, last: bool) -> CapturedSamples:
         slots = self._slots(found)
         edges = _rounds(found.frames[:, CAPTURE].tolist(), slots.tolist(), last=last)
         ended = found.until(int(edges[-1]))
@@ -137,7 +137,7 @@ class Merger:
         robots, robots_of = self._robots(seen.where(~is_ball), t)
         x, y = self._balls(seen.where(is_ball), frame_of[is_ball], slots[: len(round_of)], t)
         ball = np.column_stack((x, y, np.full((len(t), 2), np.nan)))
-        return Samples(ended.packets[edges[:-1]], t, number, ball, robots_of, robots)
+        return CapturedSamples(ended.packets[edges[:-1]], t, number, ball, robots_of, robots)
 
     # --- robots
 

@@ -15,7 +15,7 @@ from pitchlore.pipeline.numbers.arrays import F64, I64
 from pitchlore.pipeline.store.spool import Spool
 
 
-class Samples(NamedTuple):
+class CapturedSamples(NamedTuple):
     """Samples in the order of the log, their times as captured.
 
     Attributes:
@@ -35,7 +35,7 @@ class Samples(NamedTuple):
     robots: F64
 
 
-def frames_of(samples: Samples, home: int) -> Frames:
+def frames_of(samples: CapturedSamples, home: int) -> Frames:
     """Frames of samples; their times are zero.
 
     Args:
@@ -96,7 +96,7 @@ class Gathering:
     ) -> None:
         self._files.close()
 
-    def add(self, part: Samples) -> None:
+    def add(self, part: CapturedSamples) -> None:
         """Take up the samples of the next part of the log."""
         frames = frames_of(part, self._home)
         self._packets.write(part.packets.tobytes())

@@ -7,7 +7,7 @@ import numpy as np
 from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
 from pitchlore.pipeline.importers.ssl_logs import fields as f
 from pitchlore.pipeline.importers.ssl_logs.container import Batch
-from pitchlore.pipeline.importers.ssl_logs.samples import Samples
+from pitchlore.pipeline.importers.ssl_logs.samples import CapturedSamples
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, ROBOTS, YELLOW, Unused
 from pitchlore.pipeline.importers.ssl_logs.wire import Fields, fields, texts
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
@@ -42,7 +42,7 @@ def _text(data: bytes) -> str:
     return printable(data.decode(errors="replace"), NAME_CHARACTERS)
 
 
-def samples(batch: Batch, uuid: str, visibility: float) -> tuple[Samples, Unused]:
+def samples(batch: Batch, uuid: str, visibility: float) -> tuple[CapturedSamples, Unused]:
     """Samples of one tracker's packets.
 
     Args:
@@ -70,7 +70,7 @@ def samples(batch: Batch, uuid: str, visibility: float) -> tuple[Samples, Unused
     robots, of, unused = _robots(batch.data, inside, visibility)
     used = np.isin(of, sound)
     ball = _balls(batch.data, inside, visibility, len(mine))
-    return Samples(
+    return CapturedSamples(
         batch.packets[sound], captured[sound], number[sound], ball[sound],
         np.searchsorted(sound, of[used]), robots[used],
     ), Unused(lost, *(int(np.isin(packets_of, sound).sum()) for packets_of in unused))
