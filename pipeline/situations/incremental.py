@@ -20,7 +20,7 @@ from pitchlore.pipeline.situations import signals
 from pitchlore.pipeline.situations.dense import DenseMatch, Densifier
 from pitchlore.pipeline.situations.matching import Fill, Worker, groups
 from pitchlore.pipeline.situations.naming import Robots, situations, table
-from pitchlore.pipeline.situations.occurrences import OCCURRENCE, Rows, Samples, comes_back
+from pitchlore.pipeline.situations.occurrences import OCCURRENCE, RobotSamples, Rows, comes_back
 from pitchlore.pipeline.situations.rulebook import compiled
 from pitchlore.schemas import Situations
 
@@ -154,13 +154,13 @@ class Recogniser:
             robot = segment.robots.get(self._bodies[body])
             if robot is None:
                 continue
-            samples = Samples.of(
+            samples = RobotSamples.of(
                 robot.place.all, robot.t_ns.all, robot.fresh.all, until, np.full(len(times), median))
             found = self._occurrences(robot, samples, rank)
             parts.append(situations(row, robots, samples, found, self._settings))
         return table(robots, self._match_id, parts)
 
-    def _occurrences(self, robot: _Robot, samples: Samples, rank: I64) -> Rows:
+    def _occurrences(self, robot: _Robot, samples: RobotSamples, rank: I64) -> Rows:
         """Occurrences so far, OCCURRENCE [M]; ``rank`` has the row of each body, numbered as they came."""
         parts, ended = [], dict[str, bytearray]()
         for (group, other), run in robot.runs.items():

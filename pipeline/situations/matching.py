@@ -16,8 +16,8 @@ from pitchlore.pipeline.situations.occurrences import (
     MARK,
     OCCURRENCE,
     WHILE,
+    RobotSamples,
     Rows,
-    Samples,
     advance,
     cut,
     finish,
@@ -100,7 +100,7 @@ class Worker:
         marks["held"] = -1
         return self._found[:count].tobytes()
 
-    def finish(self, found: bytes, samples: Samples, other: int, marks: Rows) -> Rows:
+    def finish(self, found: bytes, samples: RobotSamples, other: int, marks: Rows) -> Rows:
         """All occurrences up to the last sample, cut to their lengths; ``rule`` counts in RULES.
 
         Args:

@@ -11,7 +11,7 @@ import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import I8, I32, I64
 from pitchlore.pipeline.settings import SituationSettings
-from pitchlore.pipeline.situations.occurrences import Gaps, Meanings, Rows, Samples, nanoseconds, resolve
+from pitchlore.pipeline.situations.occurrences import Gaps, Meanings, RobotSamples, Rows, nanoseconds, resolve
 from pitchlore.pipeline.situations.rulebook import holds_ns
 from pitchlore.pipeline.situations.rules import RULES, TABLE_1, Start, Target
 from pitchlore.schemas import ROLES, SIDES, Situations
@@ -35,7 +35,7 @@ class Robots(NamedTuple):
 
 
 def situations(
-    row: int, robots: Robots, samples: Samples, found: Rows, settings: SituationSettings
+    row: int, robots: Robots, samples: RobotSamples, found: Rows, settings: SituationSettings
 ) -> dict[str, npt.NDArray[Any]]:
     """The situations of the robot in ``row`` from its occurrences, columns for :func:`table`."""
     code, target = _codes_and_targets(row, robots, samples, found)
@@ -89,7 +89,7 @@ def table(robots: Robots, match_id: str, parts: Sequence[dict[str, npt.NDArray[A
     ).select(*Situations.dtypes()).cast(pl.Schema(Situations.dtypes()))
 
 
-def _codes_and_targets(row: int, robots: Robots, samples: Samples, found: Rows) -> tuple[I64, I64]:
+def _codes_and_targets(row: int, robots: Robots, samples: RobotSamples, found: Rows) -> tuple[I64, I64]:
     """Code (0 for none) and target of each occurrence, int64 [M]; the roles at its start decide the code."""
     rule, other = found["rule"], found["other"]
     start = samples.place[found["k0"]]

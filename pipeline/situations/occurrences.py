@@ -59,7 +59,7 @@ def nanoseconds(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
-class Samples(NamedTuple):
+class RobotSamples(NamedTuple):
     """The samples of one robot in play, k = 0, 1, … N - 1.
 
     Attributes:
@@ -77,7 +77,7 @@ class Samples(NamedTuple):
     fresh: Bools
 
     @classmethod
-    def of(cls, place: I64, t_ns: I64, fresh: Bools, times: I64, median_ns: I64) -> Samples:
+    def of(cls, place: I64, t_ns: I64, fresh: Bools, times: I64, median_ns: I64) -> RobotSamples:
         """The samples of a robot, with their ends.
 
         A sample lasts until the next one of its piece. The last of a piece lasts for the median interval, at
@@ -249,7 +249,7 @@ def finish(rules: Rows, t_ns: I64, other: int, marks: Rows, found: Rows) -> int:
 
 
 @numba.njit(cache=True, nogil=True)
-def _chunk_end(samples: Samples, k0: int, k1: int, longest_ns: int) -> int:
+def _chunk_end(samples: RobotSamples, k0: int, k1: int, longest_ns: int) -> int:
     """End of the first chunk of [k0, k1), in (k0, k1]: the fewest and most even chunks within ``longest_ns``.
 
     [k0, k1) lies in one piece. A chunk of one sample may last longer than ``longest_ns``.
@@ -266,7 +266,7 @@ def _chunk_end(samples: Samples, k0: int, k1: int, longest_ns: int) -> int:
 
 
 @numba.njit(cache=True, nogil=True)
-def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
+def cut(found: Rows, rules: Rows, samples: RobotSamples, longest_ns: int) -> Rows:
     """The occurrences, WHILE stretches cut into chunks; of a rule that counts once only the first is kept.
 
     Args:
@@ -304,7 +304,7 @@ def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
 
 
 @numba.njit(cache=True, nogil=True)
-def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: Samples) -> None:
+def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: RobotSamples) -> None:
     """Give occurrence ``i`` each free run of [k0, k1) that lasts ``least_ns``, and all if all is free."""
     k = k0
     while k < k1:
@@ -318,7 +318,7 @@ def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: Samples)
 
 
 @numba.njit(cache=True, nogil=True)
-def resolve(order: I64, found: Rows, meanings: Meanings, samples: Samples, gaps: Gaps) -> Rows:
+def resolve(order: I64, found: Rows, meanings: Meanings, samples: RobotSamples, gaps: Gaps) -> Rows:
     """One sequence without overlaps: occurrences by priority, gaps filled, neighbours merged.
 
     An occurrence is accepted if its last sample is free, and enough of the samples up to it: two

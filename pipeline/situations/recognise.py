@@ -18,7 +18,7 @@ from pitchlore.pipeline.situations import signals
 from pitchlore.pipeline.situations.dense import DenseMatch, dense_match
 from pitchlore.pipeline.situations.matching import Worker, groups
 from pitchlore.pipeline.situations.naming import Robots, situations, table
-from pitchlore.pipeline.situations.occurrences import OCCURRENCE, Samples, comes_back
+from pitchlore.pipeline.situations.occurrences import OCCURRENCE, RobotSamples, comes_back
 from pitchlore.pipeline.situations.rulebook import compiled
 from pitchlore.schemas import Situations
 
@@ -82,10 +82,10 @@ def _median_intervals(match: DenseMatch) -> I64:
     return medians
 
 
-def _samples(row: int, match: DenseMatch, median_ns: I64, settings: SituationSettings) -> Samples:
+def _samples(row: int, match: DenseMatch, median_ns: I64, settings: SituationSettings) -> RobotSamples:
     """The samples in play of the robot in ``row``."""
     index = np.flatnonzero(match.present[row] & (match.segment >= 0))
     t_ns, segment = match.t_ns[index], match.segment[index]
     starts = comes_back(index, t_ns, settings.flicker_s) | (np.diff(segment) != 0)
     fresh = np.concatenate(([True], starts))[: len(index)]
-    return Samples.of(index, t_ns, fresh, match.t_ns, median_ns)
+    return RobotSamples.of(index, t_ns, fresh, match.t_ns, median_ns)
