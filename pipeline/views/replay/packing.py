@@ -66,7 +66,7 @@ def quantum_of(pitch: Pitch, near: float) -> float:
     return next((step for step in enough if step <= near / 4), enough[-1])
 
 
-class Samples(NamedTuple):
+class PackedTracks(NamedTuple):
     """Packed tracks of S samples and B bodies.
 
     Attributes:
@@ -86,9 +86,9 @@ class Samples(NamedTuple):
     y: F64
     theta: F64
 
-    def taken(self, kept: Bools) -> Samples:
+    def taken(self, kept: Bools) -> PackedTracks:
         """Some of the samples, bool [S]; those left out lie on no cut."""
-        return Samples(self.ticks[kept], self.tick, self.joined[kept], self.mask[:, kept], self.x[:, kept],
+        return PackedTracks(self.ticks[kept], self.tick, self.joined[kept], self.mask[:, kept], self.x[:, kept],
                        self.y[:, kept], self.theta[:, kept])
 
     def near(self, metres: float) -> Bools:
@@ -126,7 +126,7 @@ class Samples(NamedTuple):
         return expected
 
 
-def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float) -> Samples:
+def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float) -> PackedTracks:
     """Packed tracks of the trajectories."""
     rows = (
         trajectories.select("frame", "team", "robot", "x", "y", "theta", "suspect")
@@ -144,7 +144,7 @@ def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataF
         values[cell] = rows[name].fill_null(0.0).fill_nan(0.0).cast(pl.Float64).to_numpy()
         channels.append(_held(values, mask & bit > 0))
     ticks = shown.select(_in_ticks("t_ns", tick)).to_series().to_numpy()
-    return Samples(ticks, tick, shown["joined"].to_numpy(), mask, *channels)
+    return PackedTracks(ticks, tick, shown["joined"].to_numpy(), mask, *channels)
 
 
 class Situated(NamedTuple):
