@@ -17,7 +17,7 @@ WAYS = (("forward", ("front",)), ("sideways", ("left", "right")), ("back", ("bac
 _CONSTANT = 0.9
 
 #: By robot and role: the number of samples in play.
-Samples = dict[int, dict[str, int]]
+RoleSamples = dict[int, dict[str, int]]
 
 
 class Played(NamedTuple):
@@ -83,12 +83,12 @@ def third(x: str, length: pl.Expr | float) -> pl.Expr:
     return ((pl.col(x) / length + 0.5) * len(THIRDS)).floor().clip(0, len(THIRDS) - 1).cast(pl.Int8)
 
 
-def samples(trajectories: pl.DataFrame) -> dict[str, Samples]:
+def samples(trajectories: pl.DataFrame) -> dict[str, RoleSamples]:
     """Samples in play of each side's robots, by role, from rows of schema Trajectories of one match."""
     counts = trajectories.filter(
         pl.col("team") != "ball", pl.col("segment").is_not_null(), pl.col("role").is_not_null()
     ).group_by(pl.col("team", "role").cast(pl.String), "robot").len().sort("team", "robot", "role")
-    found: dict[str, Samples] = {side: {} for side in SIDES}
+    found: dict[str, RoleSamples] = {side: {} for side in SIDES}
     for side, role, robot, count in counts.iter_rows():
         found[side].setdefault(robot, {})[role] = count
     return found
@@ -99,7 +99,7 @@ def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dic
 
     Of roles with as many samples the first by name is taken.
     """
-    totals: Samples = {}
+    totals: RoleSamples = {}
     minutes: dict[int, float] = {}
     for robots, lasts in each:
         for robot, roles in robots.items():

@@ -17,7 +17,7 @@ from pitchlore.pipeline.views.scout.zones import (
     THIRDS,
     WAYS,
     Played,
-    Samples,
+    RoleSamples,
     losses,
     passing,
     played,
@@ -34,7 +34,7 @@ class MatchAnswers(NamedTuple):
         scored: its goals.
     """
 
-    robots: dict[str, Samples]
+    robots: dict[str, RoleSamples]
     scored: list[Scored]
 
 
