@@ -20,7 +20,7 @@ def _ordered(span: tuple[float, float]) -> tuple[float, float]:
 
 _Positive = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 _Part = Annotated[float, Field(gt=0, le=1)]
-Span = Annotated[tuple[_Positive, _Positive], AfterValidator(_ordered)]
+ValueRange = Annotated[tuple[_Positive, _Positive], AfterValidator(_ordered)]
 ShareRange = Annotated[tuple[_Part, _Part], AfterValidator(_ordered)]
 
 
@@ -39,10 +39,10 @@ class People(Frozen):
         tactics: possible tactics of a game, equally likely.
     """
 
-    delay_s: Span = (0.15, 0.35)
-    wobble_rad: Span = (0.05, 0.30)
-    wobble_s: Span = (0.2, 0.5)
+    delay_s: ValueRange = (0.15, 0.35)
+    wobble_rad: ValueRange = (0.05, 0.30)
+    wobble_s: ValueRange = (0.2, 0.5)
     skill: ShareRange = (0.6, 1.0)
     pace: ShareRange = (0.3, 0.6)
-    switch_s: Span = (0.5, 2.0)
+    switch_s: ValueRange = (0.5, 2.0)
     tactics: tuple[Tactic, ...] = Field(default=TACTICS, min_length=1)
