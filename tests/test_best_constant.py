@@ -12,7 +12,7 @@ from conftest import ROOT
 from studies.best_constant import BUDGET_MINUTES, CLOCKS, FINAL_SEEDS, SEARCHES, difference, search
 
 from pitchlore.pipeline.arena.match.environment import EnvSettings
-from pitchlore.pipeline.arena.match.sides import Sides
+from pitchlore.pipeline.arena.match.sides import MatchSides
 from pitchlore.pipeline.arena.teams import constant as constants
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant, clock_of
@@ -110,7 +110,7 @@ def test_plays_by_its_clock(tmp_path, monkeypatch):
     assert entrant(Store(tmp_path), "best-constant", {}).settings.clock == own
     assert entrant(Store(tmp_path), "best-constant", {}, least_s=0.3).settings.clock == ClockSettings(
         least_s=0.3, interrupts=True)
-    assert Sides(EnvSettings(), "best-constant", "home").begin(1).match.recipe.away.clock == own
+    assert MatchSides(EnvSettings(), "best-constant", "home").begin(1).match.recipe.away.clock == own
     assert entrant(Store(tmp_path), "constant:044", {}).settings.clock == PAPER
 
 

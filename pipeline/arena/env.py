@@ -37,7 +37,7 @@ from pitchlore.pipeline.arena.match.environment import Actions, EnvSettings, Obs
 from pitchlore.pipeline.arena.match.match import Match
 from pitchlore.pipeline.arena.match.observation import LIMIT, length
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
-from pitchlore.pipeline.arena.match.sides import Sides
+from pitchlore.pipeline.arena.match.sides import MatchSides
 from pitchlore.pipeline.arena.match.sighted import NUMBERS
 from pitchlore.pipeline.arena.teams.executors.actions import CODES
 from pitchlore.pipeline.arena.window.rendering import Rendering
@@ -137,7 +137,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         self.render_mode = settings.render_mode
         self.metadata = settings.metadata
         robots = settings.matches.robots
-        self._sides = Sides(settings, opponent, side)
+        self._sides = MatchSides(settings, opponent, side)
         self._names = [[f"{SIDES[team]}_{number}" for number in range(1, robots + 1)]
                        for team in self._sides.driven]
         self.possible_agents = [name for names in self._names for name in names]
@@ -270,7 +270,7 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         self.render_mode = settings.render_mode
         self.metadata = settings.metadata
         robots = settings.matches.robots
-        self._sides = Sides(settings, opponent, side)
+        self._sides = MatchSides(settings, opponent, side)
         self.observation_space = _observed(settings, robots if settings.observations == "sights" else 1)
         self.action_space = _of_all(settings.actions, robots)
         (self._team,) = self._sides.driven

@@ -19,7 +19,7 @@ from pitchlore.schemas import SIDES
 _DRIVEN = TeamSettings(kind="human")
 
 
-class Sides:
+class MatchSides:
     """The two sides of an environment's matches.
 
     Args:
