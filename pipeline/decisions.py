@@ -16,7 +16,7 @@ from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import I64, Bools
 from pitchlore.pipeline.numbers.sums import exact
-from pitchlore.pipeline.sequences.league import League, Sides
+from pitchlore.pipeline.sequences.league import League, TeamsOfSides
 from pitchlore.pipeline.sequences.windows import instances
 from pitchlore.schemas import Decisions
 
@@ -24,7 +24,7 @@ _ORDER = ("match_id", "team", "robot", "t_ns")
 
 
 def decide(
-    sequences: Callable[[], Iterable[pl.DataFrame]], sides: Sides, patterns: pl.DataFrame,
+    sequences: Callable[[], Iterable[pl.DataFrame]], sides: TeamsOfSides, patterns: pl.DataFrame,
     choices: pl.DataFrame,
 ) -> pl.DataFrame:
     """The decisions of all matches: logged ones for a team that has any, observed ones for the others.

@@ -16,7 +16,7 @@ import polars as pl
 from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.behaviours.select import select
 from pitchlore.pipeline.behaviours.som import SelfOrganisingMap
-from pitchlore.pipeline.sequences.league import League, Sides
+from pitchlore.pipeline.sequences.league import League, TeamsOfSides
 from pitchlore.pipeline.settings import BehaviourSettings
 from pitchlore.pipeline.sides.teams import Team, as_of
 from pitchlore.schemas import Grams, Neurons, Patterns
@@ -44,7 +44,7 @@ class RoundsOutcome(NamedTuple):
 
 
 def learn(
-    sequences: Callable[[], Iterable[pl.DataFrame]], sides: Sides, settings: BehaviourSettings
+    sequences: Callable[[], Iterable[pl.DataFrame]], sides: TeamsOfSides, settings: BehaviourSettings
 ) -> RoundsOutcome:
     """Select the behaviours of all lengths, for each team by itself.
 

@@ -16,7 +16,7 @@ _CHUNK = 1 << 17
 _KEPT = 1 << 22
 
 #: By match, the team that each of its sides counts for; a side that does not count is missing.
-Sides = Mapping[str, Mapping[str, Team]]
+TeamsOfSides = Mapping[str, Mapping[str, Team]]
 
 
 class League:
@@ -37,7 +37,7 @@ class League:
     """
 
     def __init__(
-        self, sequences: Callable[[], Iterable[pl.DataFrame]], sides: Sides,
+        self, sequences: Callable[[], Iterable[pl.DataFrame]], sides: TeamsOfSides,
         columns: Sequence[str] | None = None,
     ) -> None:
         self._sequences = sequences
