@@ -15,7 +15,7 @@ from pitchlore.pipeline.importers.ssl_logs.container import ORDER, Container
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered, Gathering
 from pitchlore.pipeline.importers.ssl_logs.senders import Senders
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
-from pitchlore.pipeline.importers.ssl_logs.survey import VISION, Span, Survey
+from pitchlore.pipeline.importers.ssl_logs.survey import VISION, FrameSpan, Survey
 from pitchlore.pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, Unused
 from pitchlore.pipeline.matches.quality import Flaw
 
@@ -72,7 +72,7 @@ def choose_source(found: Survey, mapping: SslMap, source: SourceFile) -> Chosen 
     return Chosen(*ranked[0])
 
 
-def _is_there(tracked: Span, seen: Span) -> bool:
+def _is_there(tracked: FrameSpan, seen: FrameSpan) -> bool:
     """True if a tracker was there for most of the vision's time."""
     return not seen.frames or tracked.seconds >= _MOST_OF_IT * seen.seconds
 

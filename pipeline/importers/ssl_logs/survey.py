@@ -34,7 +34,7 @@ _GOES_ON_NS = 30 * 60 * 10**9
 
 
 @dataclass(slots=True)
-class Span:
+class FrameSpan:
     """Frames of one source of bodies: their number, and when the first and the last were received, ns."""
 
     frames: int = 0
@@ -91,12 +91,12 @@ class Survey:
     parts: list[LogExtent] = field(default_factory=list)
     used: int = 1
     sizes: Counter[Size] = field(default_factory=Counter)
-    vision: Span = field(default_factory=Span)
+    vision: FrameSpan = field(default_factory=FrameSpan)
     cameras: Counter[float] = field(default_factory=Counter)
     senders: dict[tuple[float, int], int] = field(default_factory=dict)
     left_out: set[tuple[float, int]] = field(default_factory=set)
     ahead: dict[tuple[float, int], float] = field(default_factory=dict)
-    trackers: dict[tuple[str, str], Span] = field(default_factory=dict)
+    trackers: dict[tuple[str, str], FrameSpan] = field(default_factory=dict)
     told: list[Told] = field(default_factory=list)
     referee_packets: int = 0
     lost: int = 0
@@ -178,4 +178,4 @@ def _track(batch: Batch, found: Survey) -> None:
     names, which = tracker.sources(batch)
     for i, name in enumerate(names[:_MOST]):
         if name in found.trackers or len(found.trackers) < _MOST:
-            found.trackers.setdefault(name, Span()).add(batch.packets[which == i])
+            found.trackers.setdefault(name, FrameSpan()).add(batch.packets[which == i])
