@@ -37,7 +37,7 @@ class Script(NamedTuple):
     play: Callable[..., None]
 
 
-class Team(NamedTuple):
+class TeamEntry(NamedTuple):
     """A kind of team.
 
     Attributes:
@@ -59,29 +59,29 @@ class Team(NamedTuple):
 TEAMS = {
     team.name: team
     for team in (
-        Team(
+        TeamEntry(
             "static", "One robot keeps the goal, one attacks, the others support, by fixed rules.",
             "#0072B2", script=Script(static.new_memory, static.play),
         ),
-        Team(
+        TeamEntry(
             "human-like", "One robot is driven late and unsteadily as by a person, the others are static.",
             "#D55E00", (0, (5, 2)), Script(human_like.new_memory, human_like.play),
         ),
-        Team(
+        TeamEntry(
             "pressing", "The nearest robot is always on the ball, a second close behind, one keeps the goal.",
             "#56B4E9", (0, (3, 1, 1, 1)), Script(pressing.new_memory, pressing.play),
         ),
-        Team(
+        TeamEntry(
             "counter", "A deep block before the area until the ball is won, then forward passes and shots.",
             "#000000", (0, (6, 1, 1, 1)), Script(counter.new_memory, counter.play),
         ),
-        Team(
+        TeamEntry(
             "random", "Every robot moves randomly.",
             "#009E73", (0, (1.2, 1.2)), Script(moving_randomly.new_memory, moving_randomly.play),
         ),
-        Team("learned", "Every robot takes the behaviour that a policy values most in its state.", "#CC79A7"),
-        Team("human", "A person drives one robot at a time, the others are static.", "#E69F00"),
-        Team("remote", "Another program drives the robots, over the network.", "#999999"),
+        TeamEntry("learned", "Every robot takes the behaviour that a policy values most in its state.", "#CC79A7"),
+        TeamEntry("human", "A person drives one robot at a time, the others are static.", "#E69F00"),
+        TeamEntry("remote", "Another program drives the robots, over the network.", "#999999"),
     )
 }  # fmt: skip
 
