@@ -28,7 +28,7 @@ _SOURCES, _CHANGES = 64, 20_000
 _MOST = 9_999
 
 
-class Team(NamedTuple):
+class RefereeTeam(NamedTuple):
     """A team as a packet gives it: its name ("" where nobody typed one), its score and its cards."""
 
     name: str
@@ -57,7 +57,7 @@ class Told(NamedTuple):
     command: int
     counter: int
     blue_on_positive: bool | None
-    teams: tuple[Team, Team]
+    teams: tuple[RefereeTeam, RefereeTeam]
 
 
 class RefereeLog:
@@ -114,7 +114,7 @@ class RefereeLog:
                 first = _TEAMS + team * _OF_A_TEAM
                 start, end = row[_SPANS + 2 * team : _SPANS + 2 * team + 2]
                 name = batch.data[start:end].tobytes().decode(errors="replace").strip()
-                teams.append(Team(name, row[first + _SCORE], row[first + _RED], row[first + _YELLOW]))
+                teams.append(RefereeTeam(name, row[first + _SCORE], row[first + _RED], row[first + _YELLOW]))
             side = None if row[_SIDE] < 0 else bool(row[_SIDE])
             told.append(Told(packet[ORDER], packet[RECEIVED], batch.part, row[_STAGE], row[_COMMAND],
                              row[_COUNTER], side, (teams[0], teams[1])))
