@@ -27,7 +27,7 @@ from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.numbers.arrays import F32, F64
 
 #: One team or both, 0 home, 1 away.
-Teams = tuple[int, ...]
+TeamIndices = tuple[int, ...]
 
 #: Numbers are cut at this and at its negative.
 LIMIT = 2.0
@@ -55,7 +55,7 @@ def scales(settings: MatchSettings) -> F64:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def observe(
-    views: F64, teams: Teams, home_leads: int, left: float, on: bool, of: F64, out: F32
+    views: F64, teams: TeamIndices, home_leads: int, left: float, on: bool, of: F64, out: F32
 ) -> None:
     """Write the vectors of the first robots of some teams.
 

@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.match.observation import LIMIT, Teams
+from pitchlore.pipeline.arena.match.observation import LIMIT, TeamIndices
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.arena.teams.roles import assign
 from pitchlore.pipeline.game.bodies import Records
@@ -62,7 +62,7 @@ def scale(sight: F32, of: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def observe(views: F64, teams: Teams, packed: Records, of: F64, out: F32) -> None:
+def observe(views: F64, teams: TeamIndices, packed: Records, of: F64, out: F32) -> None:
     """Write the vectors of all robots of some teams.
 
     Args:
