@@ -30,7 +30,7 @@ from pitchlore.pipeline.importers.ssl_logs.survey import Survey, survey
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
 from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
 from pitchlore.pipeline.importers.tracking.guesses import guess_pitch
-from pitchlore.pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
+from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import Lack, scoring
 from pitchlore.pipeline.importers.tracking.states import Course, referee_events
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
@@ -150,7 +150,7 @@ def _with(pitch: Pitch, given: PitchMap) -> Pitch:
     return Pitch.model_validate({**pitch.model_dump(), **given.model_dump(exclude_none=True)})
 
 
-def _teams(found: Survey, given: Teams, source: SourceFile) -> tuple[int, tuple[str, str]]:
+def _teams(found: Survey, given: TeamNames, source: SourceFile) -> tuple[int, tuple[str, str]]:
     """The colour that is home, and the names of home and away.
 
     Names are the last ones that the referee told, else the colours; a colour is added to a name that both
@@ -196,7 +196,7 @@ def _inferred(
 
 
 def _periods(
-    told: list[Told], home: int, at: _Times, events: list[Event], frames: Frames, given: Teams
+    told: list[Told], home: int, at: _Times, events: list[Event], frames: Frames, given: TeamNames
 ) -> tuple[tuple[Period, ...], list[Flaw]]:
     """Periods by what the referee says of the sides, else inferred from where the robots stand."""
     first: Literal[1, -1] | None = None

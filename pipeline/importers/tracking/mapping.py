@@ -94,7 +94,7 @@ class PitchMap(_Map):
     goal_depth: float | None = Field(default=None, ge=0, le=100)
 
 
-class Teams(_Map):
+class TeamNames(_Map):
     """The file's names of the teams and the ball. If neither team is named, the home team is inferred.
 
     Attributes:
@@ -144,7 +144,7 @@ class TrackingMap(_Map):
     units: Units = Units()
     axes: Axes = Axes()
     pitch: PitchMap = PitchMap()
-    teams: Teams = Teams()
+    teams: TeamNames = TeamNames()
     goals: GoalFinding = GoalFinding()
     bodies: dict[str, BodyColumns] = Field(default_factory=dict)
     states: dict[str, str] = Field(default_factory=dict)

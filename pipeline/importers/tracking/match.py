@@ -18,7 +18,7 @@ from pitchlore.pipeline.importers.tracking.angles import RADIANS, angle_unit
 from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
 from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
 from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitch
-from pitchlore.pipeline.importers.tracking.mapping import Teams, TrackingMap
+from pitchlore.pipeline.importers.tracking.mapping import TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import scoring
 from pitchlore.pipeline.importers.tracking.states import Course, halves, referee_events, words_of
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
@@ -149,7 +149,7 @@ class _Rows(NamedTuple):
 
 
 def _teams(
-    table: pl.DataFrame, teams: Teams, name: str
+    table: pl.DataFrame, teams: TeamNames, name: str
 ) -> tuple[tuple[str, str], pl.DataFrame, list[Flaw]]:
     """Names of home and away (sorted if the map names neither), and the rows of both and the ball.
 
