@@ -26,7 +26,7 @@ class Followed(NamedTuple):
     of: int
 
 
-class Transitions(NamedTuple):
+class Successions(NamedTuple):
     """How often behaviours were begun, and which one the same robot began next.
 
     Attributes:
@@ -39,7 +39,7 @@ class Transitions(NamedTuple):
     counts: pl.DataFrame
 
 
-def transitions(decisions: pl.DataFrame) -> Transitions:
+def transitions(decisions: pl.DataFrame) -> Successions:
     """The transitions in decisions of one team.
 
     Args:
@@ -53,10 +53,10 @@ def transitions(decisions: pl.DataFrame) -> Transitions:
     following = pl.col("behaviour_id").shift(-1).over("match_id", "team", "robot", "episode")
     counts = rows.with_columns(then=following).drop_nulls("then").group_by("behaviour_id", "then").agg(
         times=pl.len()).sort("times", "behaviour_id", "then", descending=[True, False, False])
-    return Transitions(begun, counts)
+    return Successions(begun, counts)
 
 
-def around(found: Transitions) -> dict[str, tuple[list[Followed], list[Followed]]]:
+def around(found: Successions) -> dict[str, tuple[list[Followed], list[Followed]]]:
     """By behaviour: up to two that came before most often, and up to two that followed."""
     total = dict(found.begun.select("behaviour_id", "n").iter_rows())
     near: dict[str, tuple[list[Followed], list[Followed]]] = {name: ([], []) for name in total}

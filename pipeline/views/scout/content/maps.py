@@ -10,7 +10,7 @@ from pitchlore.pipeline.views.scout.content.teams import on_page
 from pitchlore.pipeline.views.scout.gallery import ranked
 from pitchlore.pipeline.views.scout.maps import lying, maps
 from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
-from pitchlore.pipeline.views.scout.transitions import Transitions, transitions
+from pitchlore.pipeline.views.scout.transitions import Successions, transitions
 from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
 
 #: Behaviours on the ring: those that were begun most often. Arrows from each: its commonest next ones.
@@ -37,7 +37,7 @@ def facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, An
     }
 
 
-def _graph(found: Transitions, shown: list[str]) -> dict[str, Any] | None:
+def _graph(found: Successions, shown: list[str]) -> dict[str, Any] | None:
     """The ring of the behaviours that a team began most often; None if it began none."""
     if found.begun.is_empty():
         return None
