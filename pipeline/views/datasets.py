@@ -58,7 +58,7 @@ class DecisionSource(NamedTuple):
     settings: Mapping[str, Any]
 
 
-class Written(NamedTuple):
+class WrittenDataset(NamedTuple):
     """A dataset that was written.
 
     Attributes:
@@ -74,7 +74,7 @@ class Written(NamedTuple):
     behaviours: tuple[str, ...]
 
 
-def write(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSource) -> Written:
+def write(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSource) -> WrittenDataset:
     """Write decisions as a dataset where Minari keeps its own: ``MINARI_DATASETS_PATH``, else ``~/.minari``.
 
     What was written is removed if it cannot be finished.
@@ -111,7 +111,7 @@ def write(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSource) -> W
     except BaseException:
         shutil.rmtree(path, ignore_errors=True)
         raise
-    return Written(str(path), int(dataset.total_episodes), int(dataset.total_steps), behaviours)
+    return WrittenDataset(str(path), int(dataset.total_episodes), int(dataset.total_steps), behaviours)
 
 
 def _free(dataset_id: str) -> Path:
