@@ -25,7 +25,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.pipeline.views.scout.content.sources import team_name
-from pitchlore.pipeline.views.scout.content.write import Written, write
+from pitchlore.pipeline.views.scout.content.write import WrittenPages, write
 from pitchlore.pipeline.views.scout.facts import Tables, by_lead, over_matches
 from pitchlore.pipeline.views.scout.gallery import clips, ranked
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
@@ -34,7 +34,7 @@ from pitchlore.schemas import Goals, Situations
 VSSS = PITCHES[Kind.VSSS]
 
 
-def text_of(pages: Written, name: str) -> str:
+def text_of(pages: WrittenPages, name: str) -> str:
     return (pages.first.parent / name).read_text()
 
 

@@ -32,7 +32,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.content.policies import newest_policies
 from pitchlore.pipeline.views.scout.content.sources import played
-from pitchlore.pipeline.views.scout.content.write import Written, write
+from pitchlore.pipeline.views.scout.content.write import WrittenPages, write
 from pitchlore.pipeline.views.scout.curves import TermCurve, curves
 from pitchlore.pipeline.views.scout.preferred import actions_of, picture, preferred
 from pitchlore.pipeline.views.scout.states import around_ball, sentences, zone
@@ -58,11 +58,11 @@ def store(tmp_path_factory) -> Store:
 
 
 @pytest.fixture(scope="module")
-def pages(store) -> Written:
+def pages(store) -> WrittenPages:
     return write(store)
 
 
-def policy_page(pages: Written) -> str:
+def policy_page(pages: WrittenPages) -> str:
     (found,) = (pages.first.parent / "policies").glob("*.html")
     return found.read_text()
 

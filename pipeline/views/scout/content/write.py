@@ -43,7 +43,7 @@ _AT_ONCE = 4
 TITLE = "The league"
 
 
-class Written(NamedTuple):
+class WrittenPages(NamedTuple):
     """Outcome of a call that writes pages.
 
     Attributes:
@@ -59,7 +59,7 @@ class Written(NamedTuple):
     size: int
 
 
-def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> Written:
+def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> WrittenPages:
     """Write the pages of matches that have run; those that stand are kept.
 
     Args:
@@ -119,7 +119,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
-    return Written(folder.path / "index.html", folder.new, folder.kept, size)
+    return WrittenPages(folder.path / "index.html", folder.new, folder.kept, size)
 
 
 def _made_by() -> str:
