@@ -46,7 +46,7 @@ _WHY = {
 }
 
 
-class Entry(NamedTuple):
+class ObjectStat(NamedTuple):
     """Metadata of an object in a bucket.
 
     Attributes:
@@ -115,7 +115,7 @@ class Bucket:
     def __repr__(self) -> str:
         return f"Bucket({self.url!r})"
 
-    def listing(self, prefix: str = "") -> list[Entry]:
+    def listing(self, prefix: str = "") -> list[ObjectStat]:
         """All objects whose keys begin with a prefix, which is empty or a folder's; in order of their keys.
 
         Raises:
@@ -123,17 +123,17 @@ class Bucket:
         """
         import obstore  # noqa: PLC0415 (an extra)
 
-        def ask() -> list[Entry]:
+        def ask() -> list[ObjectStat]:
             pages = obstore.list(self._store, prefix or None, chunk_size=1_000)
             return sorted(_entry(each) for page in pages for each in page)
 
         return self._asked(ask, prefix)
 
-    def get(self, key: str) -> tuple[bytes, Entry] | None:
+    def get(self, key: str) -> tuple[bytes, ObjectStat] | None:
         """The bytes of an object, and what the bucket says of it; None if there is none."""
         import obstore  # noqa: PLC0415 (an extra)
 
-        def ask() -> tuple[bytes, Entry]:
+        def ask() -> tuple[bytes, ObjectStat]:
             found = obstore.get(self._store, key)
             return bytes(found.bytes()), _entry({**found.meta, "path": key})
 
@@ -152,25 +152,25 @@ class Bucket:
             return False
         return True
 
-    def get_all(self, keys: Iterable[str]) -> Iterator[tuple[str, tuple[bytes, Entry] | None]]:
+    def get_all(self, keys: Iterable[str]) -> Iterator[tuple[str, tuple[bytes, ObjectStat] | None]]:
         """Keys, and what :meth:`get` gives for them; many at a time."""
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             listed = list(keys)
             yield from zip(listed, pool.map(self.get, listed), strict=True)
 
-    def put(self, key: str, data: Content) -> Entry:
+    def put(self, key: str, data: Content) -> ObjectStat:
         """Write an object, whatever was there."""
         import obstore  # noqa: PLC0415 (an extra)
 
         return self._put(key, data, lambda: obstore.put(self._store, key, data))
 
-    def create(self, key: str, data: bytes) -> Entry | None:
+    def create(self, key: str, data: bytes) -> ObjectStat | None:
         """Write an object if there is none of its key; None if there is, with other bytes."""
         import obstore  # noqa: PLC0415 (an extra)
 
         return self._conditionally(key, data, lambda: obstore.put(self._store, key, data, mode="create"))
 
-    def replace(self, key: str, data: bytes, tag: str) -> Entry | None:
+    def replace(self, key: str, data: bytes, tag: str) -> ObjectStat | None:
         """Write an object in place of the one that has a tag; None if that is not there, but other bytes."""
         import obstore  # noqa: PLC0415 (an extra)
         from obstore.exceptions import PreconditionError  # noqa: PLC0415 (an extra)
@@ -192,14 +192,14 @@ class Bucket:
         with suppress(FileNotFoundError):
             self._asked(lambda: obstore.delete(self._store, key), key)
 
-    def _put(self, key: str, data: Content, write: Callable[[], Any]) -> Entry:
+    def _put(self, key: str, data: Content, write: Callable[[], Any]) -> ObjectStat:
         try:
             done = self._asked(write, key)
         except FileNotFoundError as error:
             raise self._failed("there is no such bucket", key) from error
-        return Entry(key, len(data), str(done["e_tag"]), 0.0)
+        return ObjectStat(key, len(data), str(done["e_tag"]), 0.0)
 
-    def _conditionally(self, key: str, data: bytes, write: Callable[[], Any]) -> Entry | None:
+    def _conditionally(self, key: str, data: bytes, write: Callable[[], Any]) -> ObjectStat | None:
         """Write under a condition. If an answer was lost and sent for again, the condition fails by our own.
 
         An answer that was lost for good is an error; then the object may be there.
@@ -246,8 +246,8 @@ class Bucket:
                       "was there is lost")
 
 
-def _entry(meta: Any) -> Entry:
-    return Entry(meta["path"], meta["size"], str(meta["e_tag"]), meta["last_modified"].timestamp())
+def _entry(meta: Any) -> ObjectStat:
+    return ObjectStat(meta["path"], meta["size"], str(meta["e_tag"]), meta["last_modified"].timestamp())
 
 
 @cache

@@ -33,7 +33,7 @@ from typing import NamedTuple
 from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.atomic import write
-from pitchlore.pipeline.store.buckets import Bucket, Entry, bucket_url
+from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
 from pitchlore.pipeline.store.locks import holding
 from pitchlore.pipeline.store.paths import remove
 
@@ -73,7 +73,7 @@ class ObjectChange(NamedTuple):
         removed: whether it was.
     """
 
-    entry: Entry
+    entry: ObjectStat
     data: bytes | None
     removed: bool = False
 
@@ -370,7 +370,7 @@ class Mirror:
                 self._note(entry, None)
             changes.append(entry)
 
-        changes: list[Entry] = []
+        changes: list[ObjectStat] = []
         if len(files) == 1:
             put(*files)
         else:
@@ -411,7 +411,7 @@ class Mirror:
         """Remove a file from the bucket and the copy, if it is there."""
         for key in dict.fromkeys((self.key(path, sha), self.key(path))):
             self.bucket.delete(key)
-            self._tell(ObjectChange(Entry(key, 0, "", 0.0), None, removed=True))
+            self._tell(ObjectChange(ObjectStat(key, 0, "", 0.0), None, removed=True))
             self._gone(key)
 
     # --- what other processes did -------------------------------------------------------------------
@@ -442,7 +442,7 @@ class Mirror:
         if journal is not None:
             journal.append(change)
 
-    def _kept(self, path: Path, data: Content, entry: Entry) -> None:
+    def _kept(self, path: Path, data: Content, entry: ObjectStat) -> None:
         """Write to the copy what the bucket has, then note it: what is noted is there."""
         write(path, data)
         self._note(entry, entry.tag)
@@ -455,12 +455,12 @@ class Mirror:
         if path.name == "manifest.json":
             shutil.rmtree(path.parent, ignore_errors=True)
 
-    def _note(self, entry: Entry, here: str | None) -> None:
+    def _note(self, entry: ObjectStat, here: str | None) -> None:
         with self._lock:
             self._index.execute("delete from doubted where tag = ?", [entry.tag])
         self._note_all([(entry, here, time.time())])
 
-    def _note_all(self, entries: Iterable[tuple[Entry, str | None, float]]) -> None:
+    def _note_all(self, entries: Iterable[tuple[ObjectStat, str | None, float]]) -> None:
         with self._lock:
             self._index.execute("begin immediate")
             self._index.executemany(
