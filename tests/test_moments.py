@@ -9,7 +9,7 @@ from support.of_values import NAMES, VSSS, looked_at, referee, tracks
 from support.rows import S
 
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.values.moments import Ball, Robots, features
+from pitchlore.pipeline.values.moments import BallStates, Robots, features
 from pitchlore.schemas.values import FEATURES, NAMED
 
 NEAR = SCALES[Kind.VSSS].near
@@ -17,7 +17,7 @@ TOP = 1.2
 
 
 def ball(x=0.0, y=0.0, vx=0.0, vy=0.0):
-    return Ball(*(np.array([part], dtype=np.float64) for part in (x, y, vx, vy)))
+    return BallStates(*(np.array([part], dtype=np.float64) for part in (x, y, vx, vy)))
 
 
 def robots(*places):
@@ -107,7 +107,7 @@ class TestFeatures:
         """Teams of eleven have the same features, in whatever order their robots are."""
         rng = np.random.default_rng(1)
         own, their = (Robots(*rng.uniform(-30, 30, (5, 11, 4))) for _ in range(2))
-        rolling = Ball(*rng.uniform(-20, 20, (4, 4)))
+        rolling = BallStates(*rng.uniform(-20, 20, (4, 4)))
         found = features(rolling, own, their, PITCHES[Kind.SIM2D])
         assert found.shape == (4, len(FEATURES))
         assert found.dtype == np.float32
@@ -122,9 +122,9 @@ class TestFeatures:
         size = np.array([pitch.goal_x, pitch.width / 2, np.pi, 1, 1])
         own, their = (Robots(*(rng.uniform(-1, 1, (5, 3, 50)) * size[:, None, None])) for _ in range(2))
         own.x[1, :9] = own.theta[2, 5:15] = their.vx[0, 10:20] = np.nan
-        rolling = Ball(*(rng.uniform(-1, 1, (4, 50)) * size[[0, 1, 3, 4], None]))
+        rolling = BallStates(*(rng.uniform(-1, 1, (4, 50)) * size[[0, 1, 3, 4], None]))
         rolling.y[:5] = 0.0
-        mirrored = Ball(rolling.x, -rolling.y, rolling.vx, -rolling.vy)
+        mirrored = BallStates(rolling.x, -rolling.y, rolling.vx, -rolling.vy)
         one = features(rolling, own, their, pitch)
         two = features(mirrored, *(Robots(r.x, -r.y, -r.theta, r.vx, -r.vy) for r in (own, their)), pitch)
         np.testing.assert_allclose(two, one, atol=2e-6)

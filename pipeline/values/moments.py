@@ -22,7 +22,7 @@ _TOP_SPEED = 1.2
 _ROLLS = 0.05
 
 
-class Ball(NamedTuple):
+class BallStates(NamedTuple):
     """The ball at T moments, each [T], metres and m/s, seen by a team that attacks +x."""
 
     x: F64
@@ -87,9 +87,9 @@ def moments(
     )
     if seen.is_empty():
         return Moments.empty()
-    ball = Ball(*(seen[name].cast(pl.Float64).to_numpy() for name in Ball._fields))
+    ball = BallStates(*(seen[name].cast(pl.Float64).to_numpy() for name in BallStates._fields))
     home, away = (_robots(trajectories, seen["t_ns"], team) for team in SIDES)
-    turned = Ball(*(-part for part in ball)), _turned(away), _turned(home)
+    turned = BallStates(*(-part for part in ball)), _turned(away), _turned(home)
     views = {"home": (ball, home, away), "away": turned}
     scores = _scores(seen, episodes(trajectories, referee), round(settings.horizon_s * 1e9))
     return pl.concat(
@@ -102,7 +102,7 @@ def moments(
     ).cast(pl.Schema(Moments.dtypes()))
 
 
-def features(ball: Ball, own: Robots, their: Robots, pitch: Pitch) -> F32:
+def features(ball: BallStates, own: Robots, their: Robots, pitch: Pitch) -> F32:
     """Features of T moments, float32 [T, features], in the order of ``schemas.values.FEATURES``.
 
     Args:
@@ -169,7 +169,7 @@ def _turned(robots: Robots) -> Robots:
     return Robots(-robots.x, -robots.y, robots.theta + np.pi, -robots.vx, -robots.vy)
 
 
-def _nearest(robots: Robots, ball: Ball) -> _Nearest:
+def _nearest(robots: Robots, ball: BallStates) -> _Nearest:
     dx, dy = ball.x - robots.x, ball.y - robots.y
     away = np.where(np.isnan(dx), np.inf, np.hypot(dx, dy))
     if not len(away):
@@ -190,7 +190,7 @@ def _angle(to_x: F64, y: F64, half_goal: float) -> F64:
     return np.arctan2(half_goal - y, ahead) + np.arctan2(half_goal + y, ahead)
 
 
-def _on_target(ball: Ball, to_x: F64, towards: F64, half_goal: float, slowest: float) -> F64:
+def _on_target(ball: BallStates, to_x: F64, towards: F64, half_goal: float, slowest: float) -> F64:
     """exp(-t) where the ball rolls straight between the posts in t seconds, else 0."""
     rolls = towards > slowest
     seconds = np.maximum(to_x, 0.0) / np.where(rolls, towards, 1.0)
@@ -204,7 +204,7 @@ def _cosine(ax: F64, ay: F64, bx: F64, by: F64) -> F64:
     return cosine
 
 
-def _cover(robots: Robots, ball: Ball, to_x: F64, to_y: F64) -> F64:
+def _cover(robots: Robots, ball: BallStates, to_x: F64, to_y: F64) -> F64:
     """Least distance of a robot from the line from the ball to (to_x, to_y) off it, metres."""
     length = np.maximum(to_x**2 + to_y**2, 1e-9)
     dx, dy = robots.x - ball.x, robots.y - ball.y
@@ -224,7 +224,7 @@ def _least(distances: F64) -> F64:
     return least
 
 
-def _closing(robot: _Nearest, ball: Ball) -> F64:
+def _closing(robot: _Nearest, ball: BallStates) -> F64:
     """Speed at which a robot and the ball come nearer to each other, m/s."""
     apart = np.maximum(np.hypot(robot.dx, robot.dy), 1e-9)
     return ((robot.vx - ball.vx) * robot.dx + (robot.vy - ball.vy) * robot.dy) / apart
