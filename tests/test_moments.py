@@ -9,7 +9,7 @@ from support.of_values import NAMES, VSSS, looked_at, referee, tracks
 from support.rows import S
 
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.values.moments import BallStates, Robots, features
+from pitchlore.pipeline.values.moments import BallStates, RobotStates, features
 from pitchlore.schemas.values import FEATURES, NAMED
 
 NEAR = SCALES[Kind.VSSS].near
@@ -23,7 +23,7 @@ def ball(x=0.0, y=0.0, vx=0.0, vy=0.0):
 def robots(*places):
     """(x, y, theta[, vx, vy]) each, at one moment; NaN where one is missing."""
     rows = [(*place, 0.0, 0.0)[:5] for place in places]
-    return Robots(*np.array(rows, dtype=np.float64).reshape(len(rows), 5).T[:, :, None])
+    return RobotStates(*np.array(rows, dtype=np.float64).reshape(len(rows), 5).T[:, :, None])
 
 
 def seen(*args, pitch=VSSS):
@@ -106,13 +106,13 @@ class TestFeatures:
     def test_eleven(self):
         """Teams of eleven have the same features, in whatever order their robots are."""
         rng = np.random.default_rng(1)
-        own, their = (Robots(*rng.uniform(-30, 30, (5, 11, 4))) for _ in range(2))
+        own, their = (RobotStates(*rng.uniform(-30, 30, (5, 11, 4))) for _ in range(2))
         rolling = BallStates(*rng.uniform(-20, 20, (4, 4)))
         found = features(rolling, own, their, PITCHES[Kind.SIM2D])
         assert found.shape == (4, len(FEATURES))
         assert found.dtype == np.float32
         assert np.isfinite(found).all()
-        shuffled = Robots(*(part[::-1] for part in own))
+        shuffled = RobotStates(*(part[::-1] for part in own))
         np.testing.assert_array_equal(features(rolling, shuffled, their, PITCHES[Kind.SIM2D]), found)
 
     @pytest.mark.parametrize("kind", list(Kind))
@@ -120,13 +120,13 @@ class TestFeatures:
         """Mirroring left and right makes no difference."""
         rng, pitch = np.random.default_rng(2), PITCHES[kind]
         size = np.array([pitch.goal_x, pitch.width / 2, np.pi, 1, 1])
-        own, their = (Robots(*(rng.uniform(-1, 1, (5, 3, 50)) * size[:, None, None])) for _ in range(2))
+        own, their = (RobotStates(*(rng.uniform(-1, 1, (5, 3, 50)) * size[:, None, None])) for _ in range(2))
         own.x[1, :9] = own.theta[2, 5:15] = their.vx[0, 10:20] = np.nan
         rolling = BallStates(*(rng.uniform(-1, 1, (4, 50)) * size[[0, 1, 3, 4], None]))
         rolling.y[:5] = 0.0
         mirrored = BallStates(rolling.x, -rolling.y, rolling.vx, -rolling.vy)
         one = features(rolling, own, their, pitch)
-        two = features(mirrored, *(Robots(r.x, -r.y, -r.theta, r.vx, -r.vy) for r in (own, their)), pitch)
+        two = features(mirrored, *(RobotStates(r.x, -r.y, -r.theta, r.vx, -r.vy) for r in (own, their)), pitch)
         np.testing.assert_allclose(two, one, atol=2e-6)
 
     def test_meanings(self):

@@ -31,7 +31,7 @@ class BallStates(NamedTuple):
     vy: F64
 
 
-class Robots(NamedTuple):
+class RobotStates(NamedTuple):
     """R robots of a team at T moments, each [R, T]; NaN where a robot is missing."""
 
     x: F64
@@ -102,7 +102,7 @@ def moments(
     ).cast(pl.Schema(Moments.dtypes()))
 
 
-def features(ball: BallStates, own: Robots, their: Robots, pitch: Pitch) -> F32:
+def features(ball: BallStates, own: RobotStates, their: RobotStates, pitch: Pitch) -> F32:
     """Features of T moments, float32 [T, features], in the order of ``schemas.values.FEATURES``.
 
     Args:
@@ -152,24 +152,24 @@ def features(ball: BallStates, own: Robots, their: Robots, pitch: Pitch) -> F32:
     return table.T.astype(np.float32)
 
 
-def _robots(trajectories: pl.DataFrame, t_ns: pl.Series, team: str) -> Robots:
+def _robots(trajectories: pl.DataFrame, t_ns: pl.Series, team: str) -> RobotStates:
     """The robots of a team at the times ``t_ns`` [T]."""
     there = trajectories.filter(pl.col("team") == team, ~pl.col("suspect")).join(
         t_ns.to_frame().with_row_index("place"), on="t_ns", maintain_order="left")
     numbers = there["robot"].unique().sort()
     row = numbers.search_sorted(there["robot"]).to_numpy() if len(there) else np.empty(0, dtype=np.int64)
-    found = np.full((len(Robots._fields), len(numbers), len(t_ns)), np.nan)
-    for part, name in zip(found, Robots._fields, strict=True):
+    found = np.full((len(RobotStates._fields), len(numbers), len(t_ns)), np.nan)
+    for part, name in zip(found, RobotStates._fields, strict=True):
         part[row, there["place"].to_numpy()] = there[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
-    return Robots(*found)
+    return RobotStates(*found)
 
 
-def _turned(robots: Robots) -> Robots:
+def _turned(robots: RobotStates) -> RobotStates:
     """The same after half a turn of the pitch."""
-    return Robots(-robots.x, -robots.y, robots.theta + np.pi, -robots.vx, -robots.vy)
+    return RobotStates(-robots.x, -robots.y, robots.theta + np.pi, -robots.vx, -robots.vy)
 
 
-def _nearest(robots: Robots, ball: BallStates) -> _Nearest:
+def _nearest(robots: RobotStates, ball: BallStates) -> _Nearest:
     dx, dy = ball.x - robots.x, ball.y - robots.y
     away = np.where(np.isnan(dx), np.inf, np.hypot(dx, dy))
     if not len(away):
@@ -204,7 +204,7 @@ def _cosine(ax: F64, ay: F64, bx: F64, by: F64) -> F64:
     return cosine
 
 
-def _cover(robots: Robots, ball: BallStates, to_x: F64, to_y: F64) -> F64:
+def _cover(robots: RobotStates, ball: BallStates, to_x: F64, to_y: F64) -> F64:
     """Least distance of a robot from the line from the ball to (to_x, to_y) off it, metres."""
     length = np.maximum(to_x**2 + to_y**2, 1e-9)
     dx, dy = robots.x - ball.x, robots.y - ball.y
@@ -212,7 +212,7 @@ def _cover(robots: Robots, ball: BallStates, to_x: F64, to_y: F64) -> F64:
     return _least(np.hypot(dx - along * to_x, dy - along * to_y))
 
 
-def _keeper(robots: Robots, goal_x: float) -> F64:
+def _keeper(robots: RobotStates, goal_x: float) -> F64:
     """Distance of the robot nearest to the middle of a goal, metres."""
     return _least(np.hypot(robots.x - goal_x, robots.y))
 
@@ -230,7 +230,7 @@ def _closing(robot: _Nearest, ball: BallStates) -> F64:
     return ((robot.vx - ball.vx) * robot.dx + (robot.vy - ball.vy) * robot.dy) / apart
 
 
-def _share(which: Bools, robots: Robots) -> F64:
+def _share(which: Bools, robots: RobotStates) -> F64:
     """Share of the robots that are there for which a mask [R, T] holds; 0 without any."""
     share: F64 = which.sum(axis=0) / np.maximum((~np.isnan(robots.x)).sum(axis=0), 1)
     return share

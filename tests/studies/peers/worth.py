@@ -16,7 +16,7 @@ from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.numbers.arrays import F32
 from pitchlore.pipeline.values.models import logits_of, probability, shipped
-from pitchlore.pipeline.values.moments import BallStates, Robots, features
+from pitchlore.pipeline.values.moments import BallStates, RobotStates, features
 
 _PITCH = PITCHES[Kind.VSSS]
 
@@ -41,7 +41,7 @@ class Worth:
             *(pitch.match.views[1 - team] for pitch, team in zip(pitches, teams, strict=True))])
         robots = views.shape[1] // 2
         ball = BallStates(*(views[:, BALL, part] for part in (X, Y, VX, VY)))
-        own, their = (Robots(*(views[:, first : first + robots, part].T for part in (X, Y, THETA, VX, VY)))
+        own, their = (RobotStates(*(views[:, first : first + robots, part].T for part in (X, Y, THETA, VX, VY)))
                       for first in (1, 1 + robots))
         logits = logits_of(self._model, features(ball, own, their, _PITCH))
         scores = probability(self._calibration[0] * logits + self._calibration[1])
