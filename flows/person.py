@@ -9,7 +9,7 @@ import numpy as np
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.human import HumanController
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.arena.window.painting import Picture
 from pitchlore.pipeline.matches.frame import AWAY, HOME, home_attacks
@@ -39,7 +39,7 @@ class PersonMatch:
         self.team = HOME if recipe.home.kind == "human" else AWAY
         self.person = HumanController(recipe, np.random.default_rng([recipe.seed, 1 + self.team]))
         live = (self.person, None) if self.team == HOME else (None, self.person)
-        self.match = Match(recipe, controllers_of(recipe, policies, live))
+        self.match = MatchInPlay(recipe, controllers_of(recipe, policies, live))
 
     def wait(self, window: Window, message: str, hint: str) -> bool:
         """Show the match as it stands until the person goes on or leaves. Returns whether they go on.

@@ -10,7 +10,7 @@ import numpy as np
 
 from pitchlore.flows.interrupt import until_stopped
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.engine.record import recording
 from pitchlore.pipeline.game.bodies import see
@@ -82,10 +82,10 @@ def simulate(
     """
     top = recipe.physics.wheel_speed
 
-    def begin() -> tuple[Match, list[RemoteController | None]]:
+    def begin() -> tuple[MatchInPlay, list[RemoteController | None]]:
         remotes = [RemoteController(recipe.robots, top) if team.kind == "remote" else None
                    for team in (recipe.home, recipe.away)]
-        return Match(recipe, controllers_of(recipe, policies, (remotes[HOME], remotes[AWAY]))), remotes
+        return MatchInPlay(recipe, controllers_of(recipe, policies, (remotes[HOME], remotes[AWAY]))), remotes
 
     begin()[0].advance()  # compiles what is compiled, which would keep others waiting
     match, remotes = begin()
@@ -133,7 +133,7 @@ def simulate(
 class _Referee:
     """The referee's words of a match, as VSSReferee's commands."""
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: MatchInPlay) -> None:
         self._match = match
         self._score = match.score
         self._halves = [period.start_ns for period in match.laws.periods()]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.arena.match.controllers import Controller, Decided, PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.matches.frame import AWAY, HOME
@@ -115,7 +115,7 @@ def play(
         live: list[Controller | None] = [None, None]
         live[side] = None if measured is None else measured(recipe, side)
         minds = controllers_of(recipe, policies, (live[HOME], live[AWAY]))
-        match = Match(recipe, minds, logged=False)
+        match = MatchInPlay(recipe, minds, logged=False)
         while match.advance(PART):
             pass
         decided = minds[side].decided()

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import controller_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import Camera, CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -246,7 +246,7 @@ class TestInAMatch:
         team = TeamSettings(kind="static")
         recipe = Recipe(home=team, away=team, seed=2, camera=camera,
                         referee=RefereeSettings(duration_s=3, halves=1))
-        match, stream = Match(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), io.BytesIO()
+        match, stream = MatchInPlay(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), io.BytesIO()
         truth = []
         recorder = log.Recorder(stream, match.info)
         while not match.over:

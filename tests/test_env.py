@@ -13,7 +13,7 @@ from support.played import policy
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
 from pitchlore.pipeline.arena.match.controllers import Controller, LearnedTeam, PolicyTables, controller_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -103,7 +103,7 @@ class TestSameMatch:
     def test_as_by_the_same_wheels(self):
         """Each frame of a parallel match, its pauses and second half included, is that of the match alone."""
         scripts = [wheels_of(team) for team in (0, 1)]
-        alone = played(Match(recipe_of(), tuple(Replayed(TOP * s.astype(float)) for s in scripts), logged=False))
+        alone = played(MatchInPlay(recipe_of(), tuple(Replayed(TOP * s.astype(float)) for s in scripts), logged=False))
         one = parallel_env(settings=SHORT)
         one.reset(seed=3)
         sides = set()
@@ -120,7 +120,7 @@ class TestSameMatch:
         """Driven on the away side, against static, with steps of three frames."""
         script = wheels_of(1)
         recipe = recipe_of(home="static")
-        alone = list(played(Match(
+        alone = list(played(MatchInPlay(
             recipe, (controller_of(recipe.home, recipe, 0), Replayed(TOP * script.astype(float))), logged=False)))
         one = env("static", side="away", step_s=0.05, settings=SHORT)
         one.reset(seed=3)
@@ -133,7 +133,7 @@ class TestSameMatch:
     def test_always_the_same_behaviour_is_the_constant_team(self):
         known = PolicyTables(constant("constant:044").policy())
         recipe = recipe_of("learned", "learned")
-        alone = Match(recipe, tuple(controller_of(recipe.home, recipe, team, known) for team in (0, 1)), logged=False)
+        alone = MatchInPlay(recipe, tuple(controller_of(recipe.home, recipe, team, known) for team in (0, 1)), logged=False)
         alone.advance(10_000)
         one, both = env("constant:044", actions="behaviours", settings=SHORT), parallel_env(actions="behaviours", settings=SHORT)
         one.reset(seed=3)

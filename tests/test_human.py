@@ -9,7 +9,7 @@ import pytest
 
 from pitchlore.pipeline.arena.match.controllers import ScriptedController, controller_of
 from pitchlore.pipeline.arena.match.human import DriveCommand, HumanController
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.game.bodies import BALL, THETA, X, Y, see
@@ -102,7 +102,7 @@ class TestInAMatch:
         recipe = RECIPE.model_copy(update={"home": TeamSettings(kind="static"), "away": TeamSettings(kind="static")})
         controller = human()
         other = controller_of(TeamSettings(kind="random"), recipe, 1 - side)
-        match = Match(recipe, (controller, other) if side == 0 else (other, controller))
+        match = MatchInPlay(recipe, (controller, other) if side == 0 else (other, controller))
         match.advance()
         assert controller.playing
         controller.driven = 2
@@ -119,7 +119,7 @@ class TestInAMatch:
 
     def test_knows_when_play_rests(self):
         controller = human()
-        match = Match(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
+        match = MatchInPlay(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
         assert not controller.playing
         match.advance()
         assert controller.playing
@@ -132,7 +132,7 @@ class TestInAMatch:
         logs = []
         for _ in range(2):
             controller = human()
-            match = Match(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
+            match = MatchInPlay(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
             for frame in range(120):
                 controller.command(DriveCommand(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
                 match.advance()

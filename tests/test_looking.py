@@ -11,7 +11,7 @@ from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
 
 from pitchlore.pipeline.arena.match import controllers
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import appraise as worth
@@ -90,7 +90,7 @@ def played():
             decide(view, *rest)
 
         patch.setattr(controllers.appraising, "decide", spy)
-        match = Match(recipe, minds)
+        match = MatchInPlay(recipe, minds)
         while match.advance(500):
             pass
     part = match.take()
@@ -132,7 +132,7 @@ def test_holds_what_it_tries():
     policy = PolicyTables(pairs_of(goalkeeper=alike, midfield=alike, striker=alike), Appraisals.empty())
     of = TeamSettings(kind="learned", policy="it", explore=1.0, explore_s=1.5, clock_s=0.5)
     recipe = Recipe(home=of, away=TeamSettings(kind="static"), seed=3, referee=RefereeSettings(duration_s=60.0))
-    match = Match(recipe, controllers_of(recipe, {"it": policy}))
+    match = MatchInPlay(recipe, controllers_of(recipe, {"it": policy}))
     while match.advance(500):
         pass
     made = match.take().decisions.filter(team="home").sort("robot", "t_ns").with_columns(
@@ -281,7 +281,7 @@ def test_team_takes_the_best():
                     referee=RefereeSettings(duration_s=30.0))
 
     def log():
-        match = Match(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
+        match = MatchInPlay(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
         match.advance(10_000)
         return match.take().decisions
 

@@ -9,7 +9,7 @@ from pitchlore.flows.cli import main
 from pitchlore.flows.commands.playing import Learners
 from pitchlore.pipeline.arena.env import env
 from pitchlore.pipeline.arena.match.controllers import Controller, controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.games import Turn, store_of, take
@@ -58,7 +58,7 @@ def test_an_opponent_in_an_environment(tmp_path, text):
     team = entrant(Store(tmp_path), season.id, policies)
     assert one.match.recipe.away == team.settings
     recipe = one.match.recipe
-    recorded = Match(recipe, controllers_of(recipe, policies, live=(Still(), None)), logged=False)
+    recorded = MatchInPlay(recipe, controllers_of(recipe, policies, live=(Still(), None)), logged=False)
     recorded.advance(600)
     for _ in range(600):
         one.step(np.zeros(6, np.float32))

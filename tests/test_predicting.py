@@ -10,7 +10,7 @@ from pitchlore.pipeline.arena.match.controllers import (
     controllers_of,
     measures_of,
 )
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -34,7 +34,7 @@ def recipe(home=STATIC, camera=LATE, seconds=60.0, **rest):
 
 def errors(of):
     """Errors of the places at which a team is shown its bodies, in each frame of play, metres: [T, 1 + 2 N]."""
-    match = Match(of, controllers_of(of, {}))
+    match = MatchInPlay(of, controllers_of(of, {}))
     outer = match.controllers[0]
     inner = outer._player if of.home.predict_s else outer
     watcher = Watched(inner)
@@ -116,7 +116,7 @@ def test_sights():
     control = constant("constant:044")
     own = TeamSettings(kind="learned", policy="it", predict_s=0.1)
     of = recipe(own)
-    match = Match(of, controllers_of(of, {"it": PolicyTables(control.policy())}))
+    match = MatchInPlay(of, controllers_of(of, {"it": PolicyTables(control.policy())}))
     while match.advance(1000):
         pass
     part = match.take()

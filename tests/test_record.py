@@ -16,7 +16,7 @@ from support.processes import pitchlore
 from pitchlore.flows.cli import main
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.imports import import_all
@@ -66,7 +66,7 @@ def test_killed_match(killed):
     recipe = Recipe(home=static, away=static, seed=1, referee=RefereeSettings(duration_s=60 * MINUTES))
     assert receipt.name == recipe.match_id
     salvaged = matches.read(store.read(receipt, "log"), where="salvaged").frames
-    again = Match(recipe, (controller_of(static, recipe, 0), controller_of(static, recipe, 1)))
+    again = MatchInPlay(recipe, (controller_of(static, recipe, 0), controller_of(static, recipe, 1)))
     again.advance(len(salvaged))
     played = again.take().frames
     assert salvaged.ball.tobytes() == played.ball.tobytes()
@@ -93,7 +93,7 @@ def short(seed):
 
 
 def match(recipe):
-    return Match(recipe, controllers_of(recipe, {}))
+    return MatchInPlay(recipe, controllers_of(recipe, {}))
 
 
 def logs(data):

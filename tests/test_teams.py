@@ -11,7 +11,7 @@ from support.watched import Watched
 from pitchlore.flows.cli import main
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
 from pitchlore.pipeline.arena.match.human import DriveCommand, HumanController
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
@@ -49,7 +49,7 @@ def controller(of):
 def played(of):
     """Wheels of home, float64 [frames in play, N, 2], and the bodies at the end."""
     home = Watched(controller(of))
-    match = Match(of, (home, controller_of(of.away, of, 1)), logged=False)
+    match = MatchInPlay(of, (home, controller_of(of.away, of, 1)), logged=False)
     while match.advance(64):
         pass
     return np.array(home.wheels), match.bodies
@@ -140,7 +140,7 @@ def test_constant_team(tmp_path):
         assert (team.name, team.settings.policy, team.policy_version) == (name, name, None)
         of = recipe("static").model_copy(update={"home": team.settings})
         minds = controllers_of(of, policies)
-        match = Match(of, minds, logged=False)
+        match = MatchInPlay(of, minds, logged=False)
         while match.advance(500):
             pass
         did = {(ROLES[each.role], each.behaviour_id, each.random) for each in minds[0].decided()}

@@ -23,7 +23,7 @@ import numpy as np
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
@@ -66,7 +66,7 @@ def seasons(settings: str, seeds: Sequence[int], data: Path, *words: object) -> 
 
 def logged(recipe: Recipe) -> bytes:
     """The log of a match that is played; no team of it is learned."""
-    match, stream = Match(recipe, controllers_of(recipe, {})), io.BytesIO()
+    match, stream = MatchInPlay(recipe, controllers_of(recipe, {})), io.BytesIO()
     recorder, goes_on = matches.Recorder(stream, match.info), True
     while goes_on:
         goes_on = match.advance(4096)

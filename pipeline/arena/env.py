@@ -2,7 +2,7 @@
 
 :func:`parallel_env` has an agent for each robot, of both teams or of one against an opponent. :func:`env` has
 one agent, which drives a whole team against an opponent. Both play
-:class:`pipeline.arena.match.match.Match`: the frames, laws and camera of a match that ``pitchlore record``
+:class:`pipeline.arena.match.match.MatchInPlay`: the frames, laws and camera of a match that ``pitchlore record``
 plays.
 
 - An episode is a match. It is truncated at the final whistle. With ``goal_ends`` a goal terminates it.
@@ -34,7 +34,7 @@ from pettingzoo import ParallelEnv
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam
 from pitchlore.pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode, Side
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.observation import LIMIT, length
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.arena.match.sides import MatchSides
@@ -148,7 +148,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         self._random: np.random.Generator | None = None
 
     @property
-    def match(self) -> Match:
+    def match(self) -> MatchInPlay:
         """The match that is played; there is none before the first reset."""
         return self._played.match
 
@@ -278,7 +278,7 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         self._begun = False
 
     @property
-    def match(self) -> Match:
+    def match(self) -> MatchInPlay:
         """The match that is played; there is none before the first reset."""
         return self._played.match
 

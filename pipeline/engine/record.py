@@ -7,7 +7,7 @@ from pathlib import Path
 from pitchlore.pipeline import arena
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.matches import PLAYING, keep
@@ -33,7 +33,7 @@ def record(
     there = recorded(store, recipe)
     if there is not None:
         return there, False
-    match = Match(recipe, controllers_of(recipe, policies or {}))
+    match = MatchInPlay(recipe, controllers_of(recipe, policies or {}))
     with recording(store, match) as log_it:
         while match.advance(PART):
             log_it()
@@ -71,7 +71,7 @@ def unplayed(store: Store, recipe: Recipe) -> Recipe:
 
 
 @contextmanager
-def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
+def recording(store: Store, match: MatchInPlay) -> Iterator[Callable[[], None]]:
     """Log a match while it is played; when the body ends, commit the match as its log says.
 
     If the process is killed, the logged part stays in ``playing/``. If the body raises, all that was played

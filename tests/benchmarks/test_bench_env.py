@@ -9,7 +9,7 @@ import pytest
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, env, parallel_env
 from pitchlore.pipeline.arena.match.controllers import Controller
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 
 FRAMES = 6_000
@@ -83,7 +83,7 @@ def test_the_match_alone(benchmark):
     wheels = recipe.physics.wheel_speed * drawn(FRAMES).astype(float)
 
     def fresh():
-        return (Match(recipe, (Replayed(wheels[:, :3]), Replayed(wheels[:, 3:])), logged=False),), {}
+        return (MatchInPlay(recipe, (Replayed(wheels[:, :3]), Replayed(wheels[:, 3:])), logged=False),), {}
 
     benchmark.extra_info.update(units=FRAMES, unit="frames")
     benchmark.pedantic(lambda match: match.advance(FRAMES), setup=fresh, rounds=7, warmup_rounds=1)

@@ -20,7 +20,7 @@ from support.by_attribute import ByAttribute
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena import physics
 from pitchlore.pipeline.arena.match.controllers import controller_of
-from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -43,7 +43,7 @@ def recipe(frames, seed=1):
 
 def match(frames, **options):
     of = recipe(frames)
-    return Match(of, (controller_of(of.home, of, 0), controller_of(of.away, of, 1)), **options)
+    return MatchInPlay(of, (controller_of(of.home, of, 0), controller_of(of.away, of, 1)), **options)
 
 
 def unlogged(frames):

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -65,7 +65,7 @@ def looks(controllers=None, **how):
     appraisals = Appraisals.of([ends[0] | {"tree": 0, "node": 0, "value": 0.0}, split, *ends])
     recipe = Recipe(home=TeamSettings(kind="learned", policy="it", **how), away=TeamSettings(kind="static"), seed=4,
                     referee=RefereeSettings(duration_s=120.0))
-    match = Match(recipe, (controllers or controllers_of)(recipe, {"it": PolicyTables(table, appraisals)}))
+    match = MatchInPlay(recipe, (controllers or controllers_of)(recipe, {"it": PolicyTables(table, appraisals)}))
     while match.advance(1000):
         pass
     part = match.take()

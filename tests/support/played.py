@@ -13,7 +13,7 @@ import polars as pl
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controller_of
-from pitchlore.pipeline.arena.match.match import PART, Match
+from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine import games as loop
@@ -57,11 +57,11 @@ leaf_samples = 20
 Shown = tuple[dict[str, object], list[pl.DataFrame]]
 
 
-def starting(recipe: Recipe, policy: pl.DataFrame | None = None, *, logged: bool = True) -> Match:
+def starting(recipe: Recipe, policy: pl.DataFrame | None = None, *, logged: bool = True) -> MatchInPlay:
     """A match that has not begun; learned teams play the policy."""
     known = None if policy is None else PolicyTables(policy)
     controllers = (controller_of(recipe.home, recipe, 0, known), controller_of(recipe.away, recipe, 1, known))
-    return Match(recipe, controllers, logged=logged)
+    return MatchInPlay(recipe, controllers, logged=logged)
 
 
 def logged(recipe: Recipe, policy: pl.DataFrame | None = None, part: int = PART) -> bytes:

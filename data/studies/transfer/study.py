@@ -25,7 +25,7 @@ import polars as pl
 from harness import Parts, going_on, of_pairs
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.teams import entrant
@@ -96,7 +96,7 @@ def difference(store: Store, word: str, seed: int, home: bool, arena: TheirArena
     team = entrant(store, word, policies).settings
     sides = (team, STATIC) if home else (STATIC, team)
     recipe = Recipe(**HOW, home=sides[0], away=sides[1], seed=seed)
-    match = Match(recipe, controllers_of(recipe, policies), logged=False)
+    match = MatchInPlay(recipe, controllers_of(recipe, policies), logged=False)
     if arena is not None:
         arena.bodies[:] = match.bodies
         match._arena, match.bodies = arena, arena.bodies  # type: ignore[assignment]

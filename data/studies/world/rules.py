@@ -17,7 +17,7 @@ import polars as pl
 from harness import going_on, workers
 
 from pitchlore.pipeline.arena.match.controllers import ScriptedController
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams import static
@@ -80,7 +80,7 @@ def play(one: Side, other: Side, seed: int, away: bool) -> Played:
         ScriptedController(settings, recipe, np.random.default_rng([seed, 1 + team]), side.script())
         for team, (settings, side) in enumerate(zip((recipe.home, recipe.away), sides, strict=True))
     )
-    match = Match(recipe, (home, guests))
+    match = MatchInPlay(recipe, (home, guests))
     while match.advance(1024):
         pass
     gained = (

@@ -19,7 +19,7 @@ from harness import workers
 from world.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 
 from pitchlore.pipeline.arena.match.controllers import controllers_of
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.table import TeamKind
@@ -59,7 +59,7 @@ def recipe(kind: TeamKind, seconds: float, seed: int) -> Recipe:
 def look(kind: TeamKind, seconds: float, seed: int) -> Look:
     """Play a match, and look at each of its frames."""
     of = recipe(kind, seconds, seed)
-    match = Match(of, controllers_of(of, {}))
+    match = MatchInPlay(of, controllers_of(of, {}))
     while match.advance(1024):
         pass
     frames, referee, _ = match.take()

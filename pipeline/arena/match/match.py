@@ -48,7 +48,7 @@ class LogPart(NamedTuple):
     decisions: pl.DataFrame
 
 
-class Match:
+class MatchInPlay:
     """A match that is played frame by frame.
 
     :meth:`advance` plays whole frames. Who decides between the referee's call and the next motion, as an

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pitchlore.pipeline.arena.match import observation, sighted
 from pitchlore.pipeline.arena.match.controllers import Controller, measures_of
 from pitchlore.pipeline.arena.match.driven import Driven
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.numbers.arrays import F32
 
@@ -34,7 +34,7 @@ class SteppedMatch:
     """
 
     def __init__(self, recipe: Recipe, controllers: tuple[Controller, Controller]) -> None:
-        self.match = Match(recipe, controllers, logged=False)
+        self.match = MatchInPlay(recipe, controllers, logged=False)
         driven = {team: own for team, own in enumerate(controllers) if isinstance(own, Driven)}
         self._teams, self._driven = tuple(driven), tuple(driven.values())
         self._robots = recipe.robots

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pitchlore.pipeline.arena.match.environment import RenderMode
-from pitchlore.pipeline.arena.match.match import Match
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.arena.window import window_class
 from pitchlore.pipeline.arena.window.painting import Picture, WindowPainter
@@ -37,7 +37,7 @@ class Rendering:
         self._window: Window | None = None
         self.each = self._show if mode == "human" else None
 
-    def begin(self, match: Match) -> None:
+    def begin(self, match: MatchInPlay) -> None:
         """Show this match from now on."""
         self._match = match
         if self._pictures:
