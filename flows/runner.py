@@ -22,7 +22,7 @@ R = TypeVar("R")
 
 
 def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
-    """Whether to try a failed task again: only if its error is transient."""
+    """True if a failed task is tried again: only if its error is transient."""
     error = state.result(raise_on_failure=False)
     return bool(getattr(error, "transient", False))
 

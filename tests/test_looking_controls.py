@@ -77,7 +77,7 @@ def test_learns_no_places_from_drawn_sights():
 
 @pytest.mark.parametrize("deal", [actions_dealt, sights_dealt])
 def test_deals_within_roles(deal):
-    """What is dealt out in a role is what the role had; decisions that no tree is fitted to, and what else is known, stay."""
+    """The actions dealt out in a role are the role's own; decisions that no tree is fitted to stay, and all else."""
     sight, code, change = two_places(1)
     rng = np.random.default_rng(0)
     made, seen = decided(sight, code, change)

@@ -47,7 +47,7 @@ def texts(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def there(root: Path, path: str) -> bool:
-    """Whether a path is in the tree; with a wildcard, whether it matches; with a placeholder, what is before it."""
+    """True if a path is in the tree; with a wildcard, if it matches; with a placeholder, if the part before it is."""
     parts = path.strip("./").split("/")
     kept = parts[:next((i for i, part in enumerate(parts) if PLACEHOLDER.search(part)), len(parts))]
     kept = [part if "{" not in part else re.sub(r"\{.*", "*", part) for part in kept]

@@ -97,7 +97,7 @@ def imported() -> set[str]:
 
 
 def test_dependencies_are_those_imported():
-    """What the code imports is declared, as a dependency or an extra; what is declared is imported."""
+    """Imported packages are declared, as a dependency or an extra; declared ones are imported."""
     packages = {module: {name.lower().replace("_", "-") for name in names}
                 for module, names in packages_distributions().items()}
     extras = {name for group in PROJECT["project"]["optional-dependencies"] for name in named(group)}

@@ -1,9 +1,9 @@
 """The arena for learners: a PettingZoo parallel environment and a Gymnasium one (extra ``rl``).
 
 :func:`parallel_env` has an agent for each robot, of both teams or of one against an opponent. :func:`env` has
-one agent, which drives a whole team against an opponent. Both play
-:class:`pipeline.arena.match.match.MatchInPlay`: the frames, laws and camera of a match that ``pitchlore record``
-plays.
+one agent, which drives a whole team against an opponent. Both play a
+:class:`pipeline.arena.match.match.MatchInPlay`: they have frames, laws and camera of a match that
+``pitchlore record`` plays.
 
 - An episode is a match. It is truncated at the final whistle. With ``goal_ends`` a goal terminates it.
 - A step is ``step_s`` seconds, rounded to whole frames, at least one. The frames of a pause of play count,

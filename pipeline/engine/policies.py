@@ -89,8 +89,8 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     Decisions are those of that team, and those that players chose.
 
     Args:
-        inputs: of the next version.
-        settings: of the stage.
+        inputs: inputs of the next version.
+        settings: settings of the stage.
         fit: fits the appraisals; None: :func:`pipeline.policies.appraise.appraise`.
     """
     from pitchlore.pipeline.policies.appraise import actions, appraise  # noqa: PLC0415 (see pipeline.engine.stages)

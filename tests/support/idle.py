@@ -1,4 +1,4 @@
-"""Whether a run would make anything, found without making it."""
+"""True if a run would make anything, found without making it."""
 
 from __future__ import annotations
 

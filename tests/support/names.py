@@ -15,7 +15,7 @@ ROOTS = {"pipeline": "", "flows": "", "schemas": "", "tests": "tests", "docs": "
 
 @dataclass
 class Module:
-    """What a module binds: names, the members of its classes, and the targets of its imports."""
+    """Names that a module binds: its own, the members of its classes, and the targets of its imports."""
 
     names: set[str] = field(default_factory=set)
     classes: dict[str, set[str]] = field(default_factory=dict)
@@ -84,7 +84,7 @@ class Names:
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
     def has(self, dotted: str) -> bool:
-        """Whether a dotted name is a module, a folder of modules, or a name in one."""
+        """True if a dotted name is a module, a folder of modules, or a name in one."""
         dotted = dotted.removeprefix("pitchlore.")
         parts = dotted.split(".")
         if any(name == dotted or name.startswith(f"{dotted}.") for name in self.modules):
@@ -95,7 +95,7 @@ class Names:
         return False
 
     def local(self, module: str, dotted: str) -> bool:
-        """Whether a name is one that a module binds or imports, or Python's own."""
+        """True if a name is one that a module binds or imports, or Python's own."""
         parts = dotted.split(".")
         own = self.modules.get(module, Module())
         folder = module.rpartition(".")[0]

@@ -210,7 +210,7 @@ def standing(one: Shown) -> list[str]:
 
 
 def there(folder: str) -> bool:
-    """Whether the recordings of a folder are on this machine; some may not be copied into the project."""
+    """True if the recordings of a folder are on this machine; some may not be copied into the project."""
     return all(source.exists() for source in FOLDERS[folder][0].values())
 
 

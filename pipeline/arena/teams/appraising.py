@@ -56,7 +56,7 @@ class Policy(NamedTuple):
     Attributes:
         appraiser: the appraisals.
         whole: digits of the key that keeps all elements; decisions are logged with it.
-        edges: of the pitch.
+        edges: edges of the pitch.
         explore: chance that a robot takes any action instead of the best, in [0, 1].
         hold: number of decisions for which it then stays with this action, at least 1.
     """

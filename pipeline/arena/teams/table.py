@@ -79,7 +79,8 @@ TEAMS = {
             "random", "Every robot moves randomly.",
             "#009E73", (0, (1.2, 1.2)), Script(moving_randomly.new_memory, moving_randomly.play),
         ),
-        TeamEntry("learned", "Every robot takes the behaviour that a policy values most in its state.", "#CC79A7"),
+        TeamEntry("learned", "Every robot takes the behaviour that a policy values most in its state.",
+                  "#CC79A7"),
         TeamEntry("human", "A person drives one robot at a time, the others are static.", "#E69F00"),
         TeamEntry("remote", "Another program drives the robots, over the network.", "#999999"),
     )

@@ -62,8 +62,8 @@ class Scoring(NamedTuple):
 
 
 def scoring(
-    course: Course, said: StateWords, periods: Sequence[Period], unknown: Sequence[tuple[int, int]], pitch: Pitch,
-    finding: GoalFinding, lack: Lack = OF_A_TABLE,
+    course: Course, said: StateWords, periods: Sequence[Period], unknown: Sequence[tuple[int, int]],
+    pitch: Pitch, finding: GoalFinding, lack: Lack = OF_A_TABLE,
 ) -> Scoring:
     """Origin of the goals of a table, and the goals found from the ball.
 

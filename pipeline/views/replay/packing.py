@@ -66,8 +66,8 @@ def quantum_of(pitch: Pitch, near: float) -> float:
     return next((step for step in enough if step <= near / 4), enough[-1])
 
 
-class PackedTracks(NamedTuple):
-    """Packed tracks of S samples and B bodies.
+class ShownTracks(NamedTuple):
+    """Tracks to show, of S samples and B bodies.
 
     Attributes:
         ticks: times since the first sample of the match, int64 [S].
@@ -86,10 +86,12 @@ class PackedTracks(NamedTuple):
     y: F64
     theta: F64
 
-    def taken(self, kept: Bools) -> PackedTracks:
+    def taken(self, kept: Bools) -> ShownTracks:
         """Some of the samples, bool [S]; those left out lie on no cut."""
-        return PackedTracks(self.ticks[kept], self.tick, self.joined[kept], self.mask[:, kept], self.x[:, kept],
-                       self.y[:, kept], self.theta[:, kept])
+        return ShownTracks(
+            self.ticks[kept], self.tick, self.joined[kept], self.mask[:, kept],
+            self.x[:, kept], self.y[:, kept], self.theta[:, kept],
+        )
 
     def near(self, metres: float) -> Bools:
         """Mask of samples to keep: the page's lines between them pass so near all others, bool [S]."""
@@ -126,8 +128,10 @@ class PackedTracks(NamedTuple):
         return expected
 
 
-def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float) -> PackedTracks:
-    """Packed tracks of the trajectories."""
+def samples_of(
+    trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float
+) -> ShownTracks:
+    """Tracks to show of the trajectories."""
     rows = (
         trajectories.select("frame", "team", "robot", "x", "y", "theta", "suspect")
         .join(bodies, on=["team", "robot"], nulls_equal=True)
@@ -144,7 +148,7 @@ def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataF
         values[cell] = rows[name].fill_null(0.0).fill_nan(0.0).cast(pl.Float64).to_numpy()
         channels.append(_held(values, mask & bit > 0))
     ticks = shown.select(_in_ticks("t_ns", tick)).to_series().to_numpy()
-    return PackedTracks(ticks, tick, shown["joined"].to_numpy(), mask, *channels)
+    return ShownTracks(ticks, tick, shown["joined"].to_numpy(), mask, *channels)
 
 
 class Situated(NamedTuple):

@@ -67,7 +67,7 @@ def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Match
             "match", up="../", of=match.name, **around, **match_pages.facts(match, tables, told(), kept())),
     }
     return MatchPages({name: makers[name]() for name in todo.pages},
-                match_pages.line(match, tables, kept()) if todo.line else None)
+                      match_pages.line(match, tables, kept()) if todo.line else None)
 
 
 class TeamTodo(NamedTuple):
