@@ -206,17 +206,18 @@ EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(
 APPRENTICES := 101 102 103 104 105
 IDEAS := begin-all bold both-teams constant-steps each-decision grams influence no-interrupts no-least-time \
   one-match optimistic paper-clock random-tries short-traces states
-# What the paper leaves open, see pipeline/seasons/named/paper-vary-*.toml.
-VARIED := $(sort $(patsubst pipeline/seasons/named/%.toml,%,$(wildcard pipeline/seasons/named/paper-vary-*.toml)))
+SEASONS := data/studies/seasons
+# What the paper leaves open.
+VARIED := $(sort $(wildcard data/studies/sensitivity/paper-vary-*.toml))
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (about three hours on two free cores)
 	$(SEASON) --settings paper --seasons 5
 	$(SEASON) --settings paper-literal --seasons 5
-	$(SEASON) --settings paper-full35 --opponent static --opponent human-like --seasons 5
-	$(SEASON) --settings paper-level --seasons 5
+	$(SEASON) --settings $(SEASONS)/paper-full35.toml --opponent static --opponent human-like --seasons 5
+	$(SEASON) --settings $(SEASONS)/paper-level.toml --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
 	$(SEASON) --settings best-in-games --seasons 5
-	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done
+	for idea in $(IDEAS); do $(SEASON) --settings $(SEASONS)/best-$$idea.toml --games 20 --seasons 3 || exit 1; done
 	for other in random static; do $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; done
 	for team in constant:044 constant:021 best-constant $(addprefix best-static-,$(APPRENTICES)) \
 	    $(addprefix best-in-games-static-,$(APPRENTICES)); do \
@@ -224,7 +225,7 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 	    $(EVALUATE) --policy $$team $$against --matches 100 || exit 1; \
 	  done; \
 	done
-	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
+	$(BIN)/pitchlore report --export $(SEASONS) --data $(STUDY_DATA)
 
 # Paper's figures need games 1 to 10, and a few after the change of the score.
 sensitivity: $(READY)  ## the paper's seasons with each setting that it leaves open (40 minutes on two free cores)

@@ -3,6 +3,7 @@
 import numpy as np
 import polars as pl
 import pytest
+from harness import settings_of
 from support.played import logged, policy, starting
 from support.toy_scenes import CODES, M, openings, perform, splitmix, view_of
 
@@ -17,7 +18,6 @@ from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.events.control import control
-from pitchlore.pipeline.seasons.settings import named
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.trajectories.derive import trajectories
@@ -295,14 +295,14 @@ def test_another_match():
 def test_settings_of_seasons():
     """The paper's seasons keep the paper's clock, ids of matches included; best has ours, each ablation lacks one."""
     for name in ("paper", "paper-full35", "paper-level", "paper-literal"):
-        assert named(name).clock == PAPER
+        assert settings_of(name).clock == PAPER
     assert "clock" not in TeamSettings(kind="learned").model_dump()
-    assert "clock" not in named("paper").model_dump()
-    assert named("best").clock == ALL
-    assert named("best-no-least-time").clock == ALL.model_copy(update={"least_s": 0.0})
-    assert named("best-no-interrupts").clock == ALL.model_copy(update={"interrupts": False})
-    assert named("best-begin-all").clock == ALL.model_copy(update={"begin_ended": True})
-    assert named("best-paper-clock").clock == PAPER
+    assert "clock" not in settings_of("paper").model_dump()
+    assert settings_of("best").clock == ALL
+    assert settings_of("best-no-least-time").clock == ALL.model_copy(update={"least_s": 0.0})
+    assert settings_of("best-no-interrupts").clock == ALL.model_copy(update={"interrupts": False})
+    assert settings_of("best-begin-all").clock == ALL.model_copy(update={"begin_ended": True})
+    assert settings_of("best-paper-clock").clock == PAPER
 
 
 def test_clock_of_a_word(tmp_path):

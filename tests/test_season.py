@@ -2,6 +2,8 @@
 
 import polars as pl
 import pytest
+from conftest import ROOT
+from harness import settings_of
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.recipe import Recipe
@@ -15,6 +17,8 @@ from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, Growth, Matches, Occasions, Policies
 
 pytestmark = pytest.mark.slow
+
+STUDIES = ROOT / "data" / "studies"
 
 
 def season(base="paper", seed=1, opponent="static", **more):
@@ -309,15 +313,18 @@ def flat(settings, path=""):
 
 
 def test_settings_names():
-    """The settings that come along are the paper's, the best ones and their ablations, and those of a team that looks."""
-    assert set(names()) == {"paper", "best", "looking", *ABLATIONS}
+    """The settings that come along are those that people play; each other one is a study's, and its difference is listed."""
+    assert set(names()) == {"paper", "paper-literal", "best", "best-in-games", "looking", "looking-held"}
+    studies = {path.stem for path in STUDIES.glob("*/*.toml")}
+    assert studies | set(names()) == {"paper", "best", "looking", *ABLATIONS}
+    assert not studies & set(names())
 
 
 @pytest.mark.parametrize("ablation", ABLATIONS)
 def test_ablation(ablation):
     """An ablation changes the settings that are listed for it and no others."""
     base = dict(flat(named(ablation.split("-")[0]).model_dump()))
-    mine = dict(flat(named(ablation).model_dump()))
+    mine = dict(flat(settings_of(ablation).model_dump()))
     assert {name for name in mine | base if mine.get(name) != base.get(name)} == ABLATIONS[ablation]
 
 

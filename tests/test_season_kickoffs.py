@@ -2,18 +2,20 @@
 
 import polars as pl
 import pytest
+from conftest import ROOT
+from sensitivity.study import changes
 from support.seasons import season, tables
 from test_season_tables import GAME, KICK, decisions, goals, match
 
 from pitchlore.pipeline.report.kickoffs import NOT_TOLD, conclusions, kick_offs
 from pitchlore.pipeline.report.measures import BRIEF, OTHER, OTHER_TIME
 from pitchlore.pipeline.report.sections import about_kick_offs, about_sensitivity
-from pitchlore.pipeline.report.sensitivity import sensitivity, variations
+from pitchlore.pipeline.report.sensitivity import sensitivity
 from pitchlore.pipeline.report.summary import beside_table_3, compared
-from pitchlore.pipeline.seasons.settings import names
 from pitchlore.pipeline.seasons.tables import game_row
 from pitchlore.pipeline.views.plots.report import pictures
 
+STUDY = ROOT / "data" / "studies" / "sensitivity"
 STATIC, HUMAN = "static", "human-like"
 S = 1_000_000_000
 FRAME = S / 60
@@ -113,7 +115,7 @@ def test_sensitivity():
     assert (paper["behaviours"], maps["behaviours"]) == (3 * 5 * 14, 3 * 2 * 14)
     assert (paper["difference"], maps["difference"]) == (-10.0, -10 - 12.5)  # games 11 to 14
     assert maps["states"] == 3 * 100 * 14
-    told = "\n".join(about_sensitivity(games, growth))
+    told = "\n".join(about_sensitivity(games, growth, changes()))
     assert "- `paper-vary-maps-large`: Maps of about twice as many neurons: 20, 24, 30 and 49." in told
     assert sensitivity(*tables(season("paper", STATIC)), "paper").height == 0
 
@@ -123,8 +125,15 @@ def test_variations_are_apart():
     games, growth = varied()
     assert "ablations-paper" not in pictures(games, growth)
     assert set(compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
-    assert set(variations()) == {name for name in names() if name.startswith("paper-vary-")}
-    assert all(reason.endswith(".") for reason in variations().values())
+
+
+def test_variations_say_what_changes():
+    """Each file of a variation begins with a sentence on its change, and the committed page has it."""
+    said, page = changes(), (STUDY / "README.md").read_text()
+    assert len(said) == 9
+    for name, change in said.items():
+        assert change.endswith(".")
+        assert f"- `{name}`: {change}\n" in page
 
 
 def test_time_in_table_3():

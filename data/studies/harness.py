@@ -29,6 +29,7 @@ from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.seasons.settings import SeasonSettings, named, parse
 from pitchlore.pipeline.store.receipts import digest, software
 
 #: The checkout; its sample recording; where recordings may be that are not part of the project.
@@ -58,10 +59,28 @@ def command(*words: object) -> None:
         raise SystemExit(f"{' '.join(called)}: {done.stderr or done.stdout}")
 
 
+def settings_file(name: str) -> Path | None:
+    """The file of settings of seasons in a study's folder; None if they are in the package."""
+    return next(iter(ROOT.glob(f"data/studies/*/{name}.toml")), None)
+
+
+def settings_of(name: str) -> SeasonSettings:
+    """Settings of seasons by name: those of a study, or in the package."""
+    path = settings_file(name)
+    return named(name) if path is None else parse(path.read_bytes(), str(path))
+
+
 def seasons(settings: str, seeds: Sequence[int], data: Path, *words: object) -> None:
-    """Play the seasons of consecutive seeds that are missing; ``words`` go to ``pitchlore season``."""
-    command("season", "--settings", settings, "--seed", seeds[0], "--seasons", len(seeds), "--discard",
-            "--data", data, *words)
+    """Play the seasons of consecutive seeds that are missing; ``words`` go to ``pitchlore season``.
+
+    Args:
+        settings: their name (:func:`settings_of`).
+        seeds: seeds of the seasons.
+        data: the data folder.
+        words: further words of the command.
+    """
+    command("season", "--settings", settings_file(settings) or settings, "--seed", seeds[0],
+            "--seasons", len(seeds), "--discard", "--data", data, *words)
 
 
 def logged(recipe: Recipe) -> bytes:

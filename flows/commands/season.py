@@ -58,7 +58,8 @@ def season(
     own.
 
     Args:
-        settings: Named settings (paper, best, looking-held, and their ablations) or a TOML file.
+        settings: Named settings (paper, paper-literal, best, best-in-games, looking, looking-held) or a
+            TOML file.
         opponent: Opponent.
         seed: Seed of the first season; each later season has the next seed.
         seasons: Number of seasons against each opponent.

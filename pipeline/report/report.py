@@ -35,7 +35,7 @@ from pitchlore.pipeline.report.summary import (
     played,
 )
 from pitchlore.pipeline.report.table3 import CHANGE, GAMES
-from pitchlore.pipeline.seasons.settings import named
+from pitchlore.pipeline.seasons.settings import named, names
 from pitchlore.schemas import STAND_IN, called
 from pitchlore.schemas.evaluations import minutes_of, word_of
 from pitchlore.schemas.seasons import PERSON
@@ -273,7 +273,11 @@ class SeasonsReport:
 
 
 def commands(games: pl.DataFrame) -> Iterator[str]:
-    """Commands that play the seasons again, one for each row of consecutive seeds."""
+    """Commands that play the seasons again, one for each row of consecutive seeds.
+
+    Settings that are not in the package are a file of their name.
+    """
+    there = names()
     for (settings, opponent), mine in games.partition_by("settings", "opponent", as_dict=True).items():
         lengths = mine.group_by("seed").agg(pl.col("game").max()).sort("seed")
         runs = lengths.with_columns(run=(
@@ -281,7 +285,8 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
         for run in runs.partition_by("run"):
             seed, last = run.select("seed", "game").row(0)
             length = "" if last == GAMES else f" --games {last}"
-            words = f"pitchlore season --settings {settings} --opponent {opponent}"
+            word = settings if settings in there else f"{settings}.toml"
+            words = f"pitchlore season --settings {word} --opponent {opponent}"
             if opponent == PERSON:  # one at a time
                 yield from (f"{words} --seed {seed + number}{length}" for number in range(run.height))
             else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 import polars as pl
 
@@ -10,7 +11,7 @@ from pitchlore.pipeline.report import kickoffs
 from pitchlore.pipeline.report.claims import PAPER, WITHOUT_SCORE
 from pitchlore.pipeline.report.document import interval, number, table
 from pitchlore.pipeline.report.kickoffs import NOT_TOLD, conclusions, kick_offs
-from pitchlore.pipeline.report.sensitivity import HEADINGS, sensitivity, variations
+from pitchlore.pipeline.report.sensitivity import HEADINGS, sensitivity
 from pitchlore.schemas import called
 
 
@@ -30,8 +31,16 @@ def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
     yield NOT_TOLD
 
 
-def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str]:
-    """Paragraphs on the paper's settings varied, from tables Games and Growth; none without variations."""
+def about_sensitivity(
+    games: pl.DataFrame, growth: pl.DataFrame, changes: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[str]:
+    """Paragraphs on the paper's settings varied; none without variations.
+
+    Args:
+        games: schema Games.
+        growth: schema Growth.
+        changes: the change of each variation in words, by its name.
+    """
     rows = sensitivity(games, growth, PAPER)
     if not rows.height:
         return
@@ -39,9 +48,9 @@ def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str
     yield (
         f"The key numbers of Table 3 and Figures 8 to 10 with one setting of `{PAPER}` changed, over the "
         f"first {rows['games'][0]} games, means over seasons.")
-    said = variations()
-    told = rows["settings"].unique().sort()
-    yield "\n".join(f"- `{name}`: {said[name]}" for name in told if name in said)
+    if changes:
+        told = rows["settings"].unique().sort()
+        yield "\n".join(f"- `{name}`: {changes[name]}" for name in told if name in changes)
     yield estimates(rows.drop("games"), HEADINGS, ("opponent", "settings", "seasons"))
 
 

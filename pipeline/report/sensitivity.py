@@ -1,6 +1,6 @@
 """What the paper leaves open: key numbers of its table and figures under other settings.
 
-A variation is a file ``named/paper-vary-*.toml``. The sentence at its top says what differs from ``paper``.
+The names of variations begin with ``paper-vary-``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from pitchlore.pipeline.report.measures import (
     seasons_of,
 )
 from pitchlore.pipeline.report.table3 import CHANGE
-from pitchlore.pipeline.seasons.settings import names, reason
 
 #: How names of variations begin.
 PREFIX = "paper-vary-"
@@ -38,11 +37,6 @@ HEADINGS = {
 def varied() -> pl.Expr:
     """Whether a row, by its column settings, is of a variation."""
     return pl.col("settings").str.starts_with(PREFIX)
-
-
-def variations() -> dict[str, str]:
-    """What each variation in the package changes, in words, by its name."""
-    return {name: reason(name) for name in names() if name.startswith(PREFIX)}
 
 
 def sensitivity(games: pl.DataFrame, growth: pl.DataFrame, base: str) -> pl.DataFrame:

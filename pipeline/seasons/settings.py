@@ -163,15 +163,6 @@ def named(name: str) -> SeasonSettings:
     return parse(_text(name), where=f"{name}.toml")
 
 
-def reason(name: str) -> str:
-    """The sentence at the top of settings in the package, without the word before its colon.
-
-    Raises:
-        NotFound: if there are none of this name.
-    """
-    return _text(name).splitlines()[0].removeprefix("# ").partition(": ")[2]
-
-
 def parse(data: bytes | str, where: str) -> SeasonSettings:
     """Settings from TOML; ``base`` names settings in the package from which the file differs.
 

@@ -21,7 +21,7 @@ import sys
 from pathlib import Path
 
 import polars as pl
-from harness import command
+from harness import seasons
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.report.measures import DIFFERENCE
@@ -37,10 +37,9 @@ PARTS = {"all games": (1, 14), "games 1 to 7": (1, 7), "games 11 to 14": (11, 14
 
 def games(data: Path) -> pl.DataFrame:
     """The counted games of all seasons, those that are missing played first: settings, seed, game, difference."""
-    for seed in SEEDS[::2]:
+    for first in range(0, len(SEEDS), 2):
         for settings in (*WATCHING, TRIES):
-            command("season", "--settings", settings, "--opponent", "static", "--seed", str(seed),
-                    "--seasons", "2", "--discard", "--data", str(data))
+            seasons(settings, SEEDS[first:first + 2], data, "--opponent", "static")
     store = Store(data)
     rows = pl.concat([store.read_table(receipt, "games", Games) for receipt in store.receipts("seasons")])
     return rows.filter(pl.col("settings").is_in((*WATCHING, TRIES)), pl.col("seed").is_in(SEEDS)).select(

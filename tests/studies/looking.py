@@ -41,7 +41,8 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from harness import command
+from harness import seasons as play_seasons
+from harness import settings_of
 from scipy import stats
 from studies.blind import blind
 from studies.pairs import kept, of_pairs
@@ -65,7 +66,7 @@ from pitchlore.pipeline.engine.teams import apprentice, entrant, labelled
 from pitchlore.pipeline.evaluations import Evaluation, Pair, play
 from pitchlore.pipeline.numbers.statistics import mean_interval, welch
 from pitchlore.pipeline.policies.appraise import appraise
-from pitchlore.pipeline.seasons.settings import Season, named
+from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.store import Store
@@ -219,14 +220,13 @@ def seasons(arms: Sequence[Arm], data: Path) -> None:
             with ProcessPoolExecutor(2, get_context("spawn")) as pool:
                 list(pool.map(partial(season_dealt, data, settings), seeds))
             continue
-        command("season", "--settings", settings, "--seed", str(seeds[0]), "--seasons", str(len(seeds)),
-                "--discard", "--data", str(data))
+        play_seasons(settings, seeds, data)
 
 
 def season_dealt(data: Path, name: str, seed: int) -> None:
     """Play the missing games of a season whose apprentice learns from a log that was dealt out anew."""
     settings, deal = DEALT[name]
-    own = Season(name=name, opponent=STATIC, seed=seed, settings=named(settings))
+    own = Season(name=name, opponent=STATIC, seed=seed, settings=settings_of(settings))
     turn = next_of(Store(data), own)
     while turn is not None:
         take(data, turn, discard=True, stages=stages(deal))

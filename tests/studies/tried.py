@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
+from harness import settings_of
 from matplotlib.figure import Figure
 from studies.looking import STATIC
 from studies.peers.teams import OURS
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.report.measures import DIFFERENCE
-from pitchlore.pipeline.seasons.settings import named
 from pitchlore.pipeline.views.plots.style import png
 
 #: The study of learners that play no seasons.
@@ -42,7 +42,7 @@ class Kind(NamedTuple):
 
     def learned_from(self, game: int) -> int:
         """Matches that it has learned from before a counted match of a season; a peer's game is that number."""
-        return game if self.study == PEERS else (game - 1) * named(self.name).matches_a_game
+        return game if self.study == PEERS else (game - 1) * settings_of(self.name).matches_a_game
 
 
 #: The learner that won.

@@ -20,6 +20,12 @@ from pitchlore.pipeline.store.receipts import RELEASE
 from pitchlore.schemas import STAND_IN
 
 
+def changes() -> dict[str, str]:
+    """The change of each variation in words, by its name: the first line of its file."""
+    return {path.stem: path.read_text("utf-8").splitlines()[0].partition(": ")[2]
+            for path in Path(__file__).parent.glob("*.toml")}
+
+
 def main(folder: Path, data: Path) -> None:
     """Write the tables and the page on the seasons of a data folder into another folder."""
     store = Store(data)
@@ -34,7 +40,7 @@ def main(folder: Path, data: Path) -> None:
         "# Sensitivity: the paper's seasons with one setting changed",
         (f"Made by {RELEASE} with `make sensitivity` (40 minutes on two free cores). Intervals are 95 % "
          "intervals (Student) over seasons. Each is one by itself: one in twenty differs by chance."),
-        f"**{STAND_IN}.**", *about_sensitivity(games, growth)))
+        f"**{STAND_IN}.**", *about_sensitivity(games, growth, changes())))
     (folder / "README.md").write_text(f"{text}\n", encoding="utf-8")
 
 
