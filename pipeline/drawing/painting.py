@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from PIL import Image, ImageDraw, ImageFont
 
-from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
+from pitchlore.pipeline.game.pitch import MARKINGS, SCALES, Kind, Markings, Pitch
 
 #: A picture to paint on, RGB.
 Canvas = Image.Image
@@ -34,31 +34,6 @@ _REMEMBERED = 512
 _FINE = 3
 #: Colours of a film's palette, and number of pictures that it is made from.
 _COLOURS, _LOOKED_AT = 96, 16
-
-
-class Markings(NamedTuple):
-    """The lines of a pitch, metres; the left half is the mirror image of the right one.
-
-    Attributes:
-        circle: radius of the centre circle.
-        areas: depth and width of the areas before the goal.
-        corner: legs of the triangles that cut the corners.
-        marks: points in the right half.
-    """
-
-    circle: float
-    areas: tuple[Point, ...]
-    corner: float
-    marks: tuple[Point, ...]
-
-
-#: As on the replay's page (``draw.js``).
-MARKINGS = {
-    Kind.VSSS: Markings(0.2, ((0.15, 0.7),), 0.07, ((0.375, 0.0), (0.375, 0.4), (0.375, -0.4))),
-    Kind.SSL: Markings(0.5, ((1.8, 3.6),), 0.0, ()),
-    Kind.SIM2D: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
-    Kind.HUMAN: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
-}
 
 
 class Robot(NamedTuple):

@@ -1,4 +1,4 @@
-"""Pitches and leagues: the lengths and speeds that everything else scales with.
+"""Pitches and leagues: markings, and the lengths and speeds that everything else scales with.
 
 Axes everywhere: metres, origin at the centre, x along the pitch, y to the left of +x,
 angles in radians counter-clockwise from +x.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -45,6 +46,22 @@ class Pitch(BaseModel):
     def goal_x(self) -> float:
         """Distance of each goal line from the centre, metres."""
         return self.length / 2
+
+
+class Markings(NamedTuple):
+    """The lines of a league's pitch, metres; the left half is the mirror image of the right one.
+
+    Attributes:
+        circle: radius of the centre circle.
+        areas: depth and width of the areas before the goal.
+        corner: legs of the triangles that cut the corners, 0 without them.
+        marks: points in the right half.
+    """
+
+    circle: float
+    areas: tuple[tuple[float, float], ...]
+    corner: float
+    marks: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +116,17 @@ PITCHES: dict[Kind, Pitch] = {
     Kind.SSL: Pitch(kind=Kind.SSL, length=12.0, width=9.0, goal_width=1.8, goal_depth=0.18),
     Kind.SIM2D: Pitch(kind=Kind.SIM2D, length=105.0, width=68.0, goal_width=14.02, goal_depth=2.44),
     Kind.HUMAN: Pitch(kind=Kind.HUMAN, length=105.0, width=68.0, goal_width=7.32, goal_depth=2.0),
+}
+
+_FOOTBALL = Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),))
+
+#: Markings of each league: the one table of all painters, of the arena's laws and of its walls.
+MARKINGS: dict[Kind, Markings] = {
+    # field_default_3v3.h of VSSReferee; corners by the IEEE Very Small rules 2008
+    Kind.VSSS: Markings(0.2, ((0.15, 0.7),), 0.07, ((0.375, 0.0), (0.375, 0.4), (0.375, -0.4))),
+    Kind.SSL: Markings(0.5, ((1.8, 3.6),), 0.0, ()),
+    Kind.SIM2D: _FOOTBALL,
+    Kind.HUMAN: _FOOTBALL,
 }
 
 SCALES: dict[Kind, Scales] = {

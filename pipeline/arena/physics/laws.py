@@ -18,19 +18,17 @@ from pydantic import Field
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import Frozen
-from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.game.pitch import MARKINGS, PITCHES, SCALES, Kind, Pitch
 
 #: Calls of the referee at a frame. From KICK_OFF to HALF the bodies are put to their places at that
 #: frame and play goes on from there; at GOAL, FOUL and END it stops.
 PLAY_ON, KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK, HALF, GOAL, FOUL, END = range(9)
 
-# Shares of the length, width and goal of VSSReferee's field_default_3v3.h: 1.5 by 1.3 m, goal 0.4 m.
-_AREA_DEPTH = 0.15 / 1.5
-_AREA_WIDTH = 0.70 / 0.40
-_MARK_X = 0.375 / 1.5
-_MARK_Y = 0.40 / 1.3
-_CIRCLE = 0.20 / 1.5
-_CORNER = 0.07 / 1.5
+# Markings of a VSSS pitch as shares of its length, width and goal.
+_VSSS, _LINES = PITCHES[Kind.VSSS], MARKINGS[Kind.VSSS]
+_AREA_DEPTH, _AREA_WIDTH = _LINES.areas[0][0] / _VSSS.length, _LINES.areas[0][1] / _VSSS.goal_width
+_MARK_X, _MARK_Y = _LINES.marks[1][0] / _VSSS.length, _LINES.marks[1][1] / _VSSS.width
+_CIRCLE, _CORNER = _LINES.circle / _VSSS.length, _LINES.corner / _VSSS.length
 # The robots must find room: the league's pitch is 20 by 17.3 robots.
 _LENGTH_IN_ROBOTS, _WIDTH_IN_ROBOTS = 19.9, 16.0
 

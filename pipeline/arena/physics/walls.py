@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pitchlore.pipeline.game.pitch import Kind, Pitch
+from pitchlore.pipeline.game.pitch import MARKINGS, Pitch
 
 Polygon = list[tuple[float, float]]
-
-#: Legs of the triangles in the corners, metres (IEEE Very Small rules 2008).
-CORNERS = {Kind.VSSS: 0.07}
 
 
 def walls(pitch: Pitch) -> list[Polygon]:
@@ -26,7 +23,7 @@ def walls(pitch: Pitch) -> list[Polygon]:
         _box(net, -post, net + thick, post),
         _box(-net - thick, post, -end, side),
     ]
-    if corner := CORNERS.get(pitch.kind):
+    if corner := MARKINGS[pitch.kind].corner:
         solid += [
             [(end, side), (end - corner, side), (end, side - corner)],
             [(-end, side), (-end, side - corner), (-end + corner, side)],

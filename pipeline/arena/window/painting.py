@@ -5,13 +5,11 @@ from collections import deque
 from typing import NamedTuple
 
 from pitchlore.pipeline.arena.physics.laws import Marks
-from pitchlore.pipeline.arena.physics.walls import CORNERS
 from pitchlore.pipeline.drawing.painting import (
     INK,
     MUTED,
     PAGE,
     Canvas,
-    Markings,
     Painter,
     Point,
     Robot,
@@ -20,7 +18,7 @@ from pitchlore.pipeline.drawing.painting import (
     part,
 )
 from pitchlore.pipeline.game.bodies import BALL, THETA, X, Y
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.game.pitch import MARKINGS, Markings, Pitch
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.schemas import SIDES
 
@@ -69,7 +67,7 @@ class WindowPainter:
     ) -> None:
         marks = Marks.of(pitch)
         markings = Markings(
-            marks.circle, ((marks.goal_x - marks.area_x, 2 * marks.area_y),), CORNERS.get(pitch.kind, 0.0),
+            marks.circle, ((marks.goal_x - marks.area_x, 2 * marks.area_y),), MARKINGS[pitch.kind].corner,
             tuple((marks.mark_x, y) for y in (0.0, marks.mark_y, -marks.mark_y)),
         )
         self._painter = Painter(pitch, markings, names, size, _FOOT, square=True, zoom=_ZOOM)

@@ -25,7 +25,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
-from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
+from pitchlore.pipeline.game.pitch import MARKINGS, SCALES, Kind, Pitch
 from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.views.replay.packing import (
     TURN,
@@ -141,7 +141,13 @@ def linked(match_id: str, home: str, away: str, *, up: str = "../") -> str:
 
 def script() -> str:
     """The page's code; in the scout's folder it is the file ``replay.js``."""
-    return "\n".join(['"use strict";', *(asset(name) for name in SCRIPTS)])
+    return strict(*(asset(name) for name in SCRIPTS))
+
+
+def strict(*code: str) -> str:
+    """Pieces of code as one strict script, in which ``MARKINGS`` has the lines of each league's pitch."""
+    markings = json.dumps({kind: lines._asdict() for kind, lines in MARKINGS.items()})
+    return "\n".join(['"use strict";', f"const MARKINGS = {markings};", *code])
 
 
 def style() -> str:

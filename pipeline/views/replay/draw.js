@@ -14,13 +14,7 @@ const DIMMED = 0.16;
 
 const COLOURS = ["ink", "muted", "line", "grass", "chalk", "outside", "ball", "halo", "label", "home", "away", "dead"];
 
-/** The markings of each league (metres, for the right half; the left one is its mirror image). */
-const MARKINGS = {
-  vsss: { circle: 0.2, areas: [[0.15, 0.7]], corner: 0.07, marks: [[0.375, 0], [0.375, 0.4], [0.375, -0.4]], margin: 0.06 },
-  ssl: { circle: 0.5, areas: [[1.8, 3.6]], corner: 0, marks: [], margin: 0.35 },
-  "2d": { circle: 9.15, areas: [[16.5, 40.32], [5.5, 18.32]], corner: 0, marks: [[41.5, 0]], margin: 2.5 },
-  human: { circle: 9.15, areas: [[16.5, 40.32], [5.5, 18.32]], corner: 0, marks: [[41.5, 0]], margin: 2.5 },
-};
+const MARGIN = { vsss: 0.06, ssl: 0.35, "2d": 2.5, human: 2.5 }; // metres around the pitch
 
 /** Paints the moment `state.t`, and `state.view` to `state.view + state.span` of the time lines. */
 function painter(match, state) {
@@ -193,7 +187,7 @@ function painter(match, state) {
   /** The pitch at the moment `state.t`; `state.marked` is a body to point out. */
   function drawPitch(canvas) {
     const { c, w, h } = fitted(canvas);
-    const { margin } = MARKINGS[pitch.kind];
+    const margin = MARGIN[pitch.kind];
     if (!w || !h) return; // a clip that a filter hides
     const free = w < SMALL ? 8 : 0; // pixels: where robots are drawn greater than they are, none is cut at the edge
     const scale = Math.min((w - 2 * free) / (pitch.length + 2 * (pitch.goal_depth + margin)), (h - 2 * free) / (pitch.width + 2 * margin));

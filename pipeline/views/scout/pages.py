@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 
 from pitchlore.pipeline.base.text import number_of
-from pitchlore.pipeline.views.replay import asset
+from pitchlore.pipeline.views.replay import asset, strict
 from pitchlore.pipeline.views.scout.moments import moment
 
 #: Files that stand beside the pages.
@@ -48,7 +48,7 @@ def files() -> dict[str, bytes]:
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
     styles, scripts = ([own.joinpath(name).read_text(encoding="utf-8") for name in names]
                        for names in ((STYLE, *_MORE_STYLE), (SCRIPT, *_MORE_SCRIPT)))
-    script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), *scripts])
+    script = strict(asset("match.js"), asset("draw.js"), *scripts)
     return {SCRIPT: script.encode(), STYLE: "\n".join(styles).encode(),
             **{name: own.joinpath(name).read_bytes() for name in (COMPARE, MAP)}}
 
