@@ -93,7 +93,7 @@ def drive(
             driver.close()
             file = store.moved(path, INBOX)
     return DriveOutcome(
-        file, driver.frames, driver.blind, driver.whistle.score, time.monotonic() - began, vision=True)
+        file, driver.frames, driver.blind, driver.referee.score, time.monotonic() - began, vision=True)
 
 
 @contextmanager

@@ -156,9 +156,9 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
         elif latest is None or now - painted < _AGAIN_S:
             continue
         robots = max(robots, *(sum(each.team == side for each in latest.robots) for side in SIDES))
-        whistle = follower.whistle
+        state = follower.referee
         latest = latest._replace(
-            names=whistle.names, score=whistle.score or (None, None), playing=whistle.playing)
+            names=state.names, score=state.score or (None, None), playing=state.playing)
         board.match(latest.pitch, latest.names, robots)
         board.show(snapshot(latest, status.state(), delay.said, now - seen))
         painted = now

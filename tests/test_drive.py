@@ -41,6 +41,7 @@ from pitchlore.pipeline.importers.packets import vsss
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import channels
 from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.live.bodies import BodyTracker
 from pitchlore.pipeline.live.driver import BLIND_S, Driver, Job, streams_of
 from pitchlore.pipeline.live.encoding import (
     Wheels,
@@ -49,10 +50,9 @@ from pitchlore.pipeline.live.encoding import (
     robot_control,
     wheel_commands,
 )
+from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.live.remote import RemoteController, asked
 from pitchlore.pipeline.live.screening import laid_out
-from pitchlore.pipeline.live.sight import Sight
-from pitchlore.pipeline.live.whistle import Whistle
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.store import Store
 
@@ -163,24 +163,24 @@ def test_robot_control() -> None:
 @unit
 def test_sight_of_a_simulator_that_sends_velocities() -> None:
     """Poses and velocities are the packet's; a robot that is not seen stays, one that never was is aside."""
-    sight = Sight("vsss", 3, PITCHES[Kind.VSSS], 60.0)
+    tracker = BodyTracker("vsss", 3, PITCHES[Kind.VSSS], 60.0)
     there = bodies(2)
-    sight.take([Packet(VISION, T0, environment(1, there, PITCHES[Kind.VSSS], (0, 0)))])
-    seen, visible = sight.now()
+    tracker.take([Packet(VISION, T0, environment(1, there, PITCHES[Kind.VSSS], (0, 0)))])
+    seen, visible = tracker.now()
     np.testing.assert_allclose(seen[[0, 1, 2, 4, 5]], there, atol=1e-12)
     assert visible[[0, 1, 2, 4, 5]].all()
     assert abs(seen[3, X]) > 0.75
-    seen, visible = sight.now()
+    seen, visible = tracker.now()
     assert not visible.any()
     np.testing.assert_allclose(seen[1, : VX], there[1, : VX])
-    assert sight.seen_ns == T0
+    assert tracker.seen_ns == T0
 
 
 @unit
 def test_sight_estimates_velocities() -> None:
     """Where a simulator sends none, they come from the poses; SSL's cameras never do."""
     for league, robots in (("vsss", 3), ("ssl", 6)):
-        sight = Sight(league, robots, PITCHES[Kind.VSSS if league == "vsss" else Kind.SSL], 60.0)  # type: ignore[arg-type]
+        tracker = BodyTracker(league, robots, PITCHES[Kind.VSSS if league == "vsss" else Kind.SSL], 60.0)  # type: ignore[arg-type]
         for frame in range(60):
             x = 0.3 * frame / 60 - 0.2
             if league == "vsss":
@@ -189,8 +189,8 @@ def test_sight_estimates_velocities() -> None:
             else:
                 content = ssl_games.seen(frame, balls=[ssl_games.Seen(x, 0.1)], blue=[ssl_games.Seen(x, 1.0, 4, 0.5)])
                 packet, row, sign = of_log([content])[0], 1 + 4, 1
-            sight.take([packet])
-            seen, visible = sight.now()
+            tracker.take([packet])
+            seen, visible = tracker.now()
         assert visible[[BALL, row]].all()
         assert seen[BALL, VX] == pytest.approx(0.3, rel=0.02)
         assert seen[BALL, VY] == pytest.approx(0.0, abs=1e-6)
@@ -199,21 +199,21 @@ def test_sight_estimates_velocities() -> None:
 
 
 @unit
-def test_whistle() -> None:
+def test_referee_state() -> None:
     """Robots may move without a referee, and then as the referee says."""
-    whistle = Whistle("vsss")
-    assert whistle.playing
+    referee = RefereeState("vsss")
+    assert referee.playing
     for foul, playing in ((vsss_messages.KICKOFF, False), (vsss_messages.GAME_ON, True), (vsss_messages.FREE_BALL, False),
                           (vsss_messages.STOP, False), (vsss_messages.HALT, False), (vsss_messages.GAME_ON, True)):
-        whistle.hear([Packet(REFEREE, T0, vsss_messages.command(foul, half=2))])
-        assert whistle.playing is playing
-    assert (whistle.half, whistle.score) == (2, None)
-    whistle.hear([Packet(VISION, T0, vsss_messages.environment(3, goals=(2, 5)))])
-    assert whistle.score == (2, 5)
-    gc, whistle = ssl_games.Referee(), Whistle("ssl")
+        referee.hear([Packet(REFEREE, T0, vsss_messages.command(foul, half=2))])
+        assert referee.playing is playing
+    assert (referee.half, referee.score) == (2, None)
+    referee.hear([Packet(VISION, T0, vsss_messages.environment(3, goals=(2, 5)))])
+    assert referee.score == (2, 5)
+    gc, referee = ssl_games.Referee(), RefereeState("ssl")
     for command, stage, playing, half in ((0, 0, False, 1), (4, 0, False, 1), (2, 1, True, 1), (8, 1, True, 1), (1, 1, False, 1), (3, 4, True, 2)):
-        whistle.hear(of_log([gc.says(0, command=command, stage=stage, blue=gc.blue._replace(score=4))]))
-        assert (whistle.playing, whistle.half, whistle.score) == (playing, half, (4, 0))
+        referee.hear(of_log([gc.says(0, command=command, stage=stage, blue=gc.blue._replace(score=4))]))
+        assert (referee.playing, referee.half, referee.score) == (playing, half, (4, 0))
 
 
 class Simulator:
@@ -466,12 +466,12 @@ def test_served(tmp_path: Path) -> None:
     steps, on = [], []
     for data in came:
         frames = vsss.environments(*laid_out([Packet(VISION, T0, data)])).frames
-        whistle = Whistle("vsss")
+        referee = RefereeState("vsss")
         if len(frames):
             steps.append(int(frames[0, vsss.STEP]))
         else:
-            whistle.hear([Packet(REFEREE, T0, data)])
-            on += [len(steps)] * whistle.playing
+            referee.hear([Packet(REFEREE, T0, data)])
+            on += [len(steps)] * referee.playing
     assert steps == list(range(steps[0], steps[0] + done.frames))
     assert on[0] == 0  # a kick-off is play
     assert len(on) == 2  # and it is said each second

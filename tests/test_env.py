@@ -63,7 +63,7 @@ def wheels_of(team, frames=400):
 def played(match):
     """Bodies and score at each frame, before it is played."""
     while not match.over:
-        match.whistle()
+        match.call()
         yield match.bodies.copy(), match.score
         match.move()
 

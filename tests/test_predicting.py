@@ -44,7 +44,7 @@ def errors(of):
         match.controllers = (watcher, match.controllers[1])
     true, out = np.empty(match.bodies.shape), []
     while not match.over:
-        match.whistle()
+        match.call()
         seen = len(watcher.shown)
         see(match.bodies, 0, match.attacks, true)
         match.move()

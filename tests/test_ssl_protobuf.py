@@ -18,8 +18,8 @@ from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import channels
 from pitchlore.pipeline.importers.ssl_logs import tracker
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
+from pitchlore.pipeline.live.bodies import batch_of
 from pitchlore.pipeline.live.referee import RefereePacket, said_in
-from pitchlore.pipeline.live.sight import batch_of
 
 TEAM = [("name", 1, "!string"), ("score", 2, "!uint32"), ("red_cards", 3, "!uint32"), ("yellow_cards", 5, "!uint32"),
         ("timeouts", 6, "!uint32"), ("timeout_time", 7, "!uint32"), ("goalkeeper", 8, "!uint32")]

@@ -20,9 +20,9 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
 from pitchlore.pipeline.importers.rows import Event, referee
+from pitchlore.pipeline.live.bodies import BodyTracker
 from pitchlore.pipeline.live.encoding import Wheels, robot_control, wheel_commands
-from pitchlore.pipeline.live.sight import Sight
-from pitchlore.pipeline.live.whistle import Whistle
+from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import F64
@@ -125,7 +125,7 @@ class Driver:
         match_id: id of the log.
 
     Attributes:
-        whistle: the state of play.
+        referee: the state of play.
         frames: frames in which the team decided.
         blind: how often robots were stopped because vision was lost.
 
@@ -142,8 +142,8 @@ class Driver:
         self._view = np.zeros((1 + 2 * job.robots, 6))
         self._wheels = np.zeros((job.robots, 2))
         self._controller = controller_of(job.team, recipe, job.side, policy)
-        self._sight = Sight(job.league, job.robots, pitch, HZ)
-        self.whistle = Whistle(job.league)
+        self._tracker = BodyTracker(job.league, job.robots, pitch, HZ)
+        self.referee = RefereeState(job.league)
         self.frames = self.blind = 0
         self._frame = self._first = 0
         self._samples: list[F64] = []
@@ -166,14 +166,14 @@ class Driver:
 
     def warm(self) -> None:
         """Compile what is compiled, which would keep robots waiting. Nothing can be driven then."""
-        see(self._sight.now()[0], self._job.side, 1.0, self._view)
+        see(self._tracker.now()[0], self._job.side, 1.0, self._view)
         self._controller.restarted(0, 0)
         self._controller.think(0, self._view, self._wheels)
 
     def take(self, packets: list[Packet]) -> None:
         """Take up sound packets."""
-        self._sight.take(packets)
-        self.whistle.hear(packets)
+        self._tracker.take(packets)
+        self.referee.hear(packets)
 
     def run(
         self, arrived: Callable[[float], list[Packet]], send: Callable[[F64 | None], None],
@@ -209,18 +209,18 @@ class Driver:
 
     def _think(self) -> F64 | None:
         """The wheels of this frame; None if robots have to stand."""
-        job, whistle = self._job, self.whistle
-        bodies, visible = self._sight.now()
+        job, state = self._job, self.referee
+        bodies, visible = self._tracker.now()
         sample = bodies.copy()
         sample[~visible] = np.nan
         self._samples.append(sample)
         attacks = self._blue_attacks()
         if not self._periods or self._periods[-1][1] != attacks:
             self._periods.append((self._t_ns(self._frame), attacks))
-        blind = time.time_ns() - self._sight.seen_ns > BLIND_S * 1e9
+        blind = time.time_ns() - self._tracker.seen_ns > BLIND_S * 1e9
         self.blind += blind and not self._was_blind
         self._was_blind = blind
-        self._set(on=whistle.playing and not blind, why="vision lost" if blind else "referee")
+        self._set(on=state.playing and not blind, why="vision lost" if blind else "referee")
         self._frame += 1
         if not self._was_on:
             return None
@@ -231,12 +231,12 @@ class Driver:
 
     def _blue_attacks(self) -> Literal[1, -1]:
         """Direction by the settings, else by the referee, else by the half."""
-        told = self.whistle.blue_attacks if self._job.attacks is None else None
-        return told or self._job.home_attacks(self.whistle.half)
+        told = self.referee.blue_attacks if self._job.attacks is None else None
+        return told or self._job.home_attacks(self.referee.half)
 
     def _set(self, *, on: bool, why: str) -> None:
         """Note that play begins, or stops and why, and who scored meanwhile."""
-        score = self.whistle.score or self._score
+        score = self.referee.score or self._score
         before = self._score = self._score or score  # the first that is told is that at which we came
         scored = [] if score is None or before is None else [
             side for side in (HOME, AWAY) if score[side] > before[side]]

@@ -25,7 +25,7 @@ from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName
 from pitchlore.pipeline.importers.rows import Event, few_frames, referee
 from pitchlore.pipeline.live.frames import framing, pitch_of
-from pitchlore.pipeline.live.whistle import Whistle
+from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
 from pitchlore.pipeline.matches.quality import quality_table
 from pitchlore.pipeline.numbers.arrays import I64
@@ -84,7 +84,7 @@ class Follower:
             times are Unix time.
 
     Attributes:
-        whistle: the state of play, as the packets tell it now.
+        referee: the state of play, as the packets tell it now.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Follower:
     ) -> None:
         self._league, self._cleaning, self._recognising = league, cleaning, recognising
         self._settled = settled
-        self._framing, self.whistle = framing(league), Whistle(league)
+        self._framing, self.referee = framing(league), RefereeState(league)
         self._asked_ns = 0
         self._begin(PITCHES[Kind(league)])
 
@@ -103,7 +103,7 @@ class Follower:
         self._pitch = pitch
         self._recogniser = Recogniser(_MATCH, pitch, self._recognising)
         self._frames: Frames | None = None
-        self._play = _Play(self.whistle)
+        self._play = _Play(self.referee)
         self._sides = _Sides()
         self._segments = _Segments()
         self._known_ns = -1
@@ -120,8 +120,8 @@ class Follower:
             self._asked_ns = self._asked_ns if pitch is None else packets[-1].t_ns
             if pitch is not None and pitch != self._pitch:
                 self._begin(pitch)
-        self.whistle.hear(packets)
-        self._play.hear(self.whistle, packets[-1].t_ns)
+        self.referee.hear(packets)
+        self._play.hear(self.referee, packets[-1].t_ns)
         self.see(self._framing.take(packets))
 
     def see(self, frames: Frames) -> None:
@@ -129,7 +129,7 @@ class Follower:
         if len(frames):
             if int(frames.t_ns[-1]) < self._known_ns - _KEPT_NS:  # the clock was set back
                 self._begin(self._pitch)
-            self._sides.see(frames, self.whistle)
+            self._sides.see(frames, self.referee)
             self._frames = frames if self._frames is None else self._frames.followed_by(frames)
 
     def glimpse(self) -> Glimpse | None:
@@ -196,8 +196,8 @@ class Follower:
                 "team", "robot", "x", "y", "theta", "turned").iter_rows()
         ]
         return Glimpse(
-            now_ns, self._pitch, self.whistle.names, self.whistle.score or (None, None), self._sides.now,
-            self.whistle.playing, [place for _, place in self._trail] if seen else [], robots,
+            now_ns, self._pitch, self.referee.names, self.referee.score or (None, None), self._sides.now,
+            self.referee.playing, [place for _, place in self._trail] if seen else [], robots,
         )
 
     def _reaches(self, since_ns: int, there: Point, t_ns: int, here: Point) -> bool:
@@ -213,21 +213,21 @@ def _unturned(x: float, y: float, turned: bool) -> Point:
 class _Play:
     """When play was on, by what the referee said when; of the last second."""
 
-    def __init__(self, whistle: Whistle) -> None:
-        self._first = self._last = whistle.playing
-        self._score = whistle.score or (0, 0)
+    def __init__(self, state: RefereeState) -> None:
+        self._first = self._last = state.playing
+        self._score = state.score or (0, 0)
         self._events: list[Event] = []
 
-    def hear(self, whistle: Whistle, t_ns: int) -> None:
+    def hear(self, state: RefereeState, t_ns: int) -> None:
         """Take up the state that the referee's word makes at a time."""
-        score = whistle.score or self._score
+        score = state.score or self._score
         scored = [side for i, side in enumerate(SIDES) if score[i] > self._score[i]]
         self._score = score
         if scored:
             self._events.append(Event(t_ns, "goal", scored[0], *score))
-        if scored or whistle.playing != self._last:
-            self._events.append(Event(t_ns, "play" if whistle.playing else "stop", None, *score))
-            self._last = whistle.playing
+        if scored or state.playing != self._last:
+            self._events.append(Event(t_ns, "play" if state.playing else "stop", None, *score))
+            self._last = state.playing
         self._forget(t_ns - 2 * _KEPT_NS)
 
     def _forget(self, until_ns: int) -> None:
@@ -254,14 +254,14 @@ class _Sides:
         self._half = 1
         self._votes: tuple[float, int] = (0.0, 0)
 
-    def see(self, frames: Frames, whistle: Whistle) -> None:
+    def see(self, frames: Frames, state: RefereeState) -> None:
         """Take up frames."""
-        if whistle.half != self._half:
-            self._half, self._votes = whistle.half, (0.0, 0)
+        if state.half != self._half:
+            self._half, self._votes = state.half, (0.0, 0)
         votes = votes_of(frames)
         self._votes = (self._votes[0] + float(votes.sum()), self._votes[1] + len(votes))
         total, count = self._votes
-        now = whistle.blue_attacks
+        now = state.blue_attacks
         if now is None and count >= _VOTERS and abs(total) >= WEAK * count:
             now = 1 if total > 0 else -1
         if now is not None and now != self.now:

@@ -22,8 +22,8 @@ from pitchlore.pipeline.importers.ssl_logs.samples import CapturedSamples, frame
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detections
 from pitchlore.pipeline.importers.ssl_logs.wire import fields
+from pitchlore.pipeline.live.bodies import batch_of
 from pitchlore.pipeline.live.screening import laid_out
-from pitchlore.pipeline.live.sight import batch_of
 from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames
 
 #: A tracker, or a camera, that was silent for so long is not waited for, ns.

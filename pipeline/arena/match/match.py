@@ -51,8 +51,8 @@ class LogPart(NamedTuple):
 class MatchInPlay:
     """A match that is played frame by frame.
 
-    :meth:`advance` plays whole frames. Who decides between the referee's call and the next motion, as an
-    environment does, calls :meth:`whistle` and :meth:`move` in turn, a whistle first.
+    :meth:`advance` plays whole frames. An environment decides between the referee's call and the next motion:
+    it calls :meth:`call` and :meth:`move` in turn, a call first.
 
     Args:
         recipe: recipe of the match.
@@ -62,7 +62,7 @@ class MatchInPlay:
     Attributes:
         bodies: float64 [1 + 2 N, 6], as they are at the frame that is next.
         views: float64 [2, 1 + 2 N, 6], of home and of away: see :func:`pipeline.game.bodies.see`. They are
-            the bodies as the camera saw them at the last whistle, whether play was on or not.
+            the bodies as the camera saw them at the last call, whether play was on or not.
         over: whether the final whistle has been.
         in_play: whether play is on; while it is not, all wheels stand still and nobody is asked.
         attacks: +1 if home attacks +x, else -1.
@@ -122,11 +122,11 @@ class MatchInPlay:
         for _ in range(frames):
             if self.over:
                 break
-            self.whistle()
+            self.call()
             self.move()
         return not self.over
 
-    def whistle(self) -> None:
+    def call(self) -> None:
         """The first half of a frame: the referee's call, new places at a restart, the look, the log."""
         call = watch(self.bodies, self._state, self.laws.limits)
         if call != PLAY_ON:

@@ -17,7 +17,7 @@ from pitchlore.pipeline.numbers.arrays import F32
 
 
 class SteppedMatch:
-    """A match between steps: a whistle has been, and the next motion is to come.
+    """A match between steps: the referee has made a call, and the next motion is to come.
 
     So a goal is called in the step in which the ball went in, and at a restart the bodies stand at their new
     places when the next action is chosen. The match is not logged.
@@ -43,7 +43,7 @@ class SteppedMatch:
         self._sight_scales = sighted.scales(recipe)
         self._measures = measures_of(recipe).packed()
         self._frames = 1 + self.match.laws.duration
-        self.match.whistle()
+        self.match.call()
 
     def step(
         self, actions: Sequence[Sequence[Any] | npt.NDArray[Any]], frames: int, until_goal: bool,
@@ -69,7 +69,7 @@ class SteppedMatch:
             own.earned = 0.0
         for _ in range(frames):
             match.move()
-            match.whistle()
+            match.call()
             if each is not None:
                 each()
             if match.over or (until_goal and driven[0].earned):

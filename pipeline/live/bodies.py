@@ -31,7 +31,7 @@ class Eye(Protocol):
         """Row of each body that was seen, and its x, y, theta, vx, vy, omega; NaN where not given."""
 
 
-class Sight:
+class BodyTracker:
     """The bodies of a match at a steady rate, from packets that come when they come.
 
     Velocities are the packets' own where these have any, else estimated as the arena's camera does
@@ -79,7 +79,7 @@ class Sight:
     def now(self) -> tuple[F64, Bools]:
         """The bodies, float64 [1 + 2 N, 6], and which were seen since the last call, bool [1 + 2 N].
 
-        Blue's robots are in rows 1 to N. Both arrays are the sight's own and change with the next call.
+        Blue's robots are in rows 1 to N. Both arrays are the tracker's own and change with the next call.
         """
         rows = len(self._there)
         look(

@@ -22,7 +22,7 @@ _PLAY = {COMMANDS.index(word) for word in (
 _SECOND = STAGES.index("NORMAL_HALF_TIME")
 
 
-class Whistle:
+class RefereeState:
     """The state of play. Without a referee play is always on.
 
     Args:
