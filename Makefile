@@ -61,7 +61,7 @@ counterparts: .venv-counterparts/.ready  ## sslclient and vsss-client, for tests
 	@touch $@
 
 demo: $(PRODUCT)  ## a recording and three played matches become knowledge and a policy that plays (3 minutes)
-	$(BIN)/pitchlore demo data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
+	$(BIN)/pitchlore demo data/samples/rsim-vss-3v3.parquet --flow --data $(DEMO_DATA)
 
 demo-learners: $(PRODUCT)  ## a quick look at section 5 of the paper: its learners and their peers
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)

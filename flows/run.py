@@ -8,6 +8,7 @@ from prefect import Flow
 
 from pitchlore.flows.flow import our_flow
 from pitchlore.flows.paradigms import play_paradigms
+from pitchlore.flows.reporting import report
 from pitchlore.flows.work import run
 from pitchlore.pipeline.engine.evaluations import measure
 from pitchlore.pipeline.engine.progress import StageReport
@@ -29,6 +30,7 @@ season_flow = our_flow(name="season")(play_seasons)
 evaluation_flow = our_flow(name="evaluation")(measure)
 
 
+report_flow = our_flow(name="report")(report)
 paradigms_flow = our_flow(name="paradigms")(play_paradigms)
 training_flow = our_flow(name="train")(train_policy)
 

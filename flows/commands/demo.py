@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 import polars as pl
 from rich.console import Console
 
 from pitchlore.flows.commands.commentary import told_of
-from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag
 from pitchlore.flows.commands.import_ import bring_in
-from pitchlore.flows.commands.printing import bars, console, print_frame, spelt
+from pitchlore.flows.commands.performing import perform
+from pitchlore.flows.commands.printing import console, print_frame, spelt
 from pitchlore.flows.commands.replay import write_page
 from pitchlore.flows.commands.run import bring_up_to_date
+from pitchlore.flows.reporting import Reported
+from pitchlore.flows.reporting import report as make_report
+from pitchlore.flows.server import Keeper
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import PitchloreError
-from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
 from pitchlore.pipeline.engine.matches import with_map
+from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import record
-from pitchlore.pipeline.engine.report import write_report
+from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.seasons.settings import Season, named
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.pipeline.views.scout.content.write import write as scouted
 from pitchlore.schemas import Behaviours
 
@@ -44,16 +49,30 @@ _QUESTION = """select s.name as situation, count(*) as seen,
 from situations s where s.code in (21, 44, 47) group by all order by seen desc"""
 
 
-def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
+def demo(*recordings: Path, flow: Flag = False, common: Common = DEFAULTS) -> None:
     """Take a recording and three played matches through every stage, and show the results.
 
     Outputs that exist are not made again, so a second demo takes seconds.
 
     Args:
         recordings: Recordings to import (default the sample of a checkout).
+        flow: Run the stages as Prefect flows, under a server of the data folder that ends with the demo.
         common: Options of every command.
     """
     store, out = common.store, console()
+    with Keeper(store.root).running() if flow else nullcontext():
+        played, season = _work(store, recordings)
+        page = perform(store, "report_flow", Reported, make_report)(store.root).page
+    catalogue, _ = refresh(store)
+    _scores(catalogue, played, out)
+    _goals(store, played[0], out)
+    _behaviours(store, out)
+    _question(catalogue, out)
+    _paths(store, played, season, page, common, out, flow=flow)
+
+
+def _work(store: Store, recordings: Sequence[Path]) -> tuple[list[str], Season]:
+    """Import, play, run the stages, learn. Returns the matches that were played, and the season."""
     imported = bring_in(store, [with_map(file) for file in recordings or (SAMPLE,)])
     for why in imported.failed.values():
         raise PitchloreError(why.rstrip("."), next_step="Name a recording: pitchlore demo FILE")
@@ -61,13 +80,7 @@ def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
     _learn(store)
     played.append(_play(store, "learned:1", 1))
     _learn(store)
-    season = _season(store)
-    catalogue, _ = refresh(store)
-    _scores(catalogue, played, out)
-    _goals(store, played[0], out)
-    _behaviours(store, out)
-    _question(catalogue, out)
-    _paths(store, played, season, common, out)
+    return played, _season(store)
 
 
 def _learn(store: Store) -> None:
@@ -96,13 +109,9 @@ def _season(store: Store) -> Season:
     settings = usual.model_copy(update={
         "games": _GAMES, "referee": usual.referee.model_copy(update={"duration_s": _GAME_S})})
     season = Season(name="best-in-games", opponent="static", seed=1, settings=settings)
-    before = loop.done(store, season)
-    last = 0 if before is None else before.details["games"]
-    with bars() as progress:
-        progress.begin("season", _GAMES - last)
-        for game in range(last + 1, _GAMES + 1):
-            loop.take(store.root, loop.Turn(season, game), discard=False)
-            progress.advance("season", str(game))
+    report = perform(store, "season_flow", StageReport, play_seasons)(store.root, [season])
+    for what, why in report.failed.items():
+        raise PitchloreError(why.rstrip("."), where=what)
     return season
 
 
@@ -147,15 +156,16 @@ def _question(catalogue: Path, out: Console) -> None:
     print_frame(ask(catalogue, _QUESTION))
 
 
-def _paths(store: Store, played: list[str], season: Season, common: Common, out: Console) -> None:
-    page, _ = write_page(store, played[-1])
-    report, scout = write_report(store, pictures).page, scouted(store).first
+def _paths(
+    store: Store, played: list[str], season: Season, page: Path, common: Common, out: Console, *, flow: bool
+) -> None:
+    replay, scout = write_page(store, played[-1])[0], scouted(store).first
     where = "" if common.data == DEFAULTS.data else f" --data {store.where}"
     lines = [
         ("Open", ""),
-        (str(page), "the match of the policy that learned from the others, to watch"),
+        (str(replay), "the match of the policy that learned from the others, to watch"),
         (str(scout), "the scout: the league, its teams, and their behaviours in clips"),
-        (str(report), f"the report on {season.id}, an apprentice's first {_GAMES} games"),
+        (str(page), f"the report on {season.id}, an apprentice's first {_GAMES} games"),
         ("Next", ""),
         (f"pitchlore import YOUR-MATCH.csv{where}", "your own recording; then pitchlore run"),
         (f"pitchlore sql --tables{where}", "every table, column and unit that you can ask"),
@@ -163,6 +173,8 @@ def _paths(store: Store, played: list[str], season: Season, common: Common, out:
         (f"pitchlore season --settings looking-held{where}",
          "an apprentice that looks learns from 140 matches: three minutes on 2 cores"),
     ]
+    if flow:
+        lines.append((f"pitchlore server start{where}", "Prefect's pages, with these runs"))
     out.print()
     for what, why in lines:
         if why:

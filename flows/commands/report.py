@@ -8,10 +8,12 @@ from pathlib import Path
 import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
+from pitchlore.flows.reporting import Reported
+from pitchlore.flows.reporting import report as make_report
 from pitchlore.pipeline.engine.catalog import renew
-from pitchlore.pipeline.engine.placement.places import crew_at
-from pitchlore.pipeline.engine.report import damaged, write_report
+from pitchlore.pipeline.engine.report import NAME, damaged, sources, tables
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.preferences import side_by_side
@@ -20,7 +22,6 @@ from pitchlore.pipeline.report.summary import ablated, compared, measured, playe
 from pitchlore.pipeline.report.table3 import GAMES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
-from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.schemas import Claims, note_on
 
 
@@ -42,9 +43,10 @@ def report(
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
     for file in damaged(store):
         warn(f"{file.receipt.noun.removesuffix('s')} {file.receipt.name} is left out: {file.advice}")
-    with crew_at(on, store.root) as crew:
-        receipt, page, (games, growth, evaluations, left_out, prefer) = crew.alone().run(
-            write_report, Store(crew.path(store.root)), pictures)
+    page = perform(store, "report_flow", Reported, make_report)(store.root, on).page
+    games, growth, evaluations, left_out, prefer = tables(store, sources(store))
+    receipt = store.receipt("report", NAME)
+    assert receipt is not None
     claims = store.read_table(receipt, "claims", Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),

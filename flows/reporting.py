@@ -1,0 +1,40 @@
+"""The report on a data folder's seasons, as a piece of work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from pitchlore.pipeline.engine.placement.places import placed
+from pitchlore.pipeline.engine.report import write_report
+from pitchlore.pipeline.engine.tasks import runner
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.plots.report import pictures
+
+
+class Reported(BaseModel):
+    """Outcome of a report.
+
+    Attributes:
+        page: path of its web page.
+    """
+
+    page: Path
+
+
+def report(data: Path, on: str | None = None) -> Reported:
+    """Report on the seasons of a data folder.
+
+    Args:
+        data: the data folder.
+        on: where the report is made, as for :func:`pipeline.engine.placement.places.place_of`.
+
+    Raises:
+        NotFound: if no season has been played.
+        CorruptFile: if a file of a policy is gone or its bytes have changed.
+    """
+    with placed(on, data) as crew:
+        page = crew.alone().run(write_report, Store(crew.path(data)), pictures).page
+    runner.get().show(lambda: f"[The report]({page})", key="report", description="where the report is")
+    return Reported(page=page)
