@@ -13,10 +13,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from pitchlore.flows.interrupt import interruptible
 from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
 from pitchlore.pipeline.engine.child import collect_rarely, hush
+from pitchlore.pipeline.engine.interrupt import interruptible
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -238,7 +238,7 @@ def command_line() -> App:
         name="pitchlore",
         version=__version__,
         help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
-        suppress_keyboard_interrupt=False,  # see flows.interrupt
+        suppress_keyboard_interrupt=False,  # see pipeline.engine.interrupt
         result_action="return_value",  # else it exits, before the output is flushed
     )
     groups = {word: App(name=word, help=meaning) for word, meaning in GROUPS.items()}

@@ -23,9 +23,9 @@ from prefect.settings import (
     temporary_settings,
 )
 
-from pitchlore.flows.interrupt import KEPT, end
 from pitchlore.flows.server import REPLY_S, Kept, ServerFailed
 from pitchlore.pipeline.base.errors import in_one_line
+from pitchlore.pipeline.engine.interrupt import KEPT, end
 
 #: How long a server that is there may take to answer, seconds: one that other commands keep busy takes some.
 ANSWER_S = 15.0

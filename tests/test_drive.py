@@ -30,8 +30,6 @@ from test_watch import namespace
 
 from pitchlore.flows.cli import main
 from pitchlore.flows.commands.addresses import addressed
-from pitchlore.flows.driving import DriveOutcome, drive
-from pitchlore.flows.simulating import STREAMS, simulate
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings
@@ -54,6 +52,8 @@ from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.live.remote import RemoteController, asked
 from pitchlore.pipeline.live.screening import laid_out
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.sessions.driving import DriveOutcome, drive
+from pitchlore.pipeline.sessions.simulating import STREAMS, simulate
 from pitchlore.pipeline.store import Store
 
 STATIC, REMOTE = TeamSettings(kind="static"), TeamSettings(kind="remote")

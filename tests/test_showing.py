@@ -17,13 +17,13 @@ from support import vsss_messages
 from test_packets import REFEREE, T0, VISION, listed, vsss_packets
 from test_watch import in_a_process, send_to
 
-from pitchlore.flows import showing
-from pitchlore.flows.showing import Showing, show
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.drawing.painting import Robot, Snapshot
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.live.following import prepare
+from pitchlore.pipeline.sessions import showing
+from pitchlore.pipeline.sessions.showing import Showing, show
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 

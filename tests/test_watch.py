@@ -26,7 +26,6 @@ from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
 from pitchlore.flows.cli import main
 from pitchlore.flows.commands.addresses import addressed
-from pitchlore.flows.watching import Watched, watch
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
 from pitchlore.pipeline.engine.matches import WATCHING, inbox, useless
 from pitchlore.pipeline.importers.packets.recorder import Packet
@@ -34,6 +33,7 @@ from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
 from pitchlore.pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen
 from pitchlore.pipeline.live.sockets import Received, Receiver
 from pitchlore.pipeline.live.status import Status
+from pitchlore.pipeline.sessions.watching import Watched, watch
 from pitchlore.pipeline.store import Store
 
 HERE, THERE = ("10.0.0.1", 5000), ("10.0.0.2", 5000)

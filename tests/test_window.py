@@ -12,11 +12,11 @@ import polars as pl
 import pytest
 
 from pitchlore.flows.cli import main
-from pitchlore.flows.person import PersonMatch
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.human import DriveCommand
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches, Referee
 

@@ -10,7 +10,6 @@ from cyclopts.types import NonNegativeInt
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.playing import AS_USUAL, Playing, WhoPlays
 from pitchlore.flows.commands.printing import console, print_json, print_stand_in
-from pitchlore.flows.person import PersonMatch
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.window import window_class
@@ -19,6 +18,7 @@ from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.record import is_played, recording, unplayed
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import SIDES, note_on
 

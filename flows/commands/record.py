@@ -11,7 +11,6 @@ from pitchlore.flows.commands.addresses import At, Interface, addressed
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
 from pitchlore.flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
 from pitchlore.flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
-from pitchlore.flows.simulating import STREAMS, simulate
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError
@@ -20,6 +19,7 @@ from pitchlore.pipeline.engine.placement.places import crew_at
 from pitchlore.pipeline.engine.record import record_match, unplayed
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.importers.packets.streams import Stream
+from pitchlore.pipeline.sessions.simulating import STREAMS, simulate
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches, note_on
 

@@ -16,7 +16,6 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.playing import Seed
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
-from pitchlore.flows.sitting import check_person_can_play, sit
 from pitchlore.pipeline.arena.window import window_class
 from pitchlore.pipeline.base.errors import BadSettings, CorruptFile
 from pitchlore.pipeline.engine.catalog import refresh_into
@@ -25,6 +24,7 @@ from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
+from pitchlore.pipeline.sessions.human import check_person_can_play, sit
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, note_on
 from pitchlore.schemas.seasons import OPPONENTS, PERSON, Opponent
@@ -121,7 +121,7 @@ def _in_person(
 
     Raises:
         BadSettings: if it is not one season, or it is to be played elsewhere; and as for
-            :func:`flows.sitting.sit`.
+            :func:`pipeline.sessions.human.sit`.
     """
     if len(wanted) > 1:
         raise BadSettings("a person plays one season at a time", where="--opponent person",

@@ -12,9 +12,9 @@ from cyclopts.types import PositiveFloat
 from pitchlore.flows.commands.addresses import At, Interface, addressed, listening_to
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.printing import console, print_json, say
-from pitchlore.flows.showing import Showing
-from pitchlore.flows.watching import Watched, watch
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
+from pitchlore.pipeline.sessions.showing import Showing
+from pitchlore.pipeline.sessions.watching import Watched, watch
 
 
 def watch_match(

@@ -1,6 +1,6 @@
 """One game of a season after the other: play, take the matches through all stages, learn.
 
-Where a person plays, :mod:`flows.sitting` plays the match of a game and comes here for the rest.
+Where a person plays, :mod:`pipeline.sessions.human` plays the match of a game and comes here for the rest.
 
 A season is a store of its own in ``seasons/<id>/``; its tables, a row for each game that is done, are an
 output of the noun seasons in the store that it belongs to. A game is done when its rows are there:

@@ -63,8 +63,8 @@ def test_the_segment_anew(benchmark, parts):
 def test_follow_and_paint(benchmark):
     pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
-    from pitchlore.flows.showing import snapshot
     from pitchlore.pipeline.arena.window.screen import Board
+    from pitchlore.pipeline.sessions.showing import snapshot
 
     packets = vsss_packets_of(imported(RSIM), SECONDS, 0)
     prepare("vsss")

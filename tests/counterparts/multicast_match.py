@@ -9,8 +9,8 @@ from threading import Thread
 
 from support.vsss_messages import environment
 
-from pitchlore.flows.watching import watch
 from pitchlore.pipeline.importers.packets.streams import LEAGUES
+from pitchlore.pipeline.sessions.watching import watch
 from pitchlore.pipeline.store import Store
 
 SENT = 40

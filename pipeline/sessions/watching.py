@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from pitchlore.flows.interrupt import until_stopped
+from pitchlore.pipeline.engine.interrupt import until_stopped
 from pitchlore.pipeline.engine.matches import INBOX, WATCHING
 from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
 from pitchlore.pipeline.importers.packets.streams import LeagueName, Stream

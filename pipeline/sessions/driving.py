@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pitchlore.flows.interrupt import until_stopped
+from pitchlore.pipeline.engine.interrupt import until_stopped
 from pitchlore.pipeline.engine.matches import INBOX, PLAYING
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.importers.packets.recorder import Packet
@@ -55,7 +55,7 @@ def drive(
     store: Store, job: Job, *, say: Callable[[str], None] = lambda _: None,
     listening: Callable[[Mapping[str, str]], None] = lambda _: None,
 ) -> DriveOutcome:
-    """Drive a team until it is stopped (:func:`flows.interrupt.until_stopped`), or for some seconds.
+    """Drive a team until it is stopped (:func:`pipeline.engine.interrupt.until_stopped`), or some seconds.
 
     Commands go out 60 times a second. Robots stand while the referee does not let play go on, when no vision
     came for 0.3 s, and when this ends, for whatever reason. What was seen and decided is logged; the next run

@@ -7,7 +7,6 @@ import json
 import numpy as np
 import pytest
 
-from pitchlore.flows import person, sitting
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.base.errors import BadSettings
@@ -16,6 +15,7 @@ from pitchlore.pipeline.engine.games import done, store_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.matches.frame import AWAY
 from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.sessions import human, person
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games
 
@@ -133,15 +133,15 @@ def test_games_in_a_row(season, monkeypatch, tmp_path):
 def test_killed_while_learning(season, monkeypatch, tmp_path):
     """A game that was played is not played again if its process was killed while it learned."""
     opened = script(monkeypatch, {1: BEGIN}, {1: LEAVE})
-    learn = sitting.learn
+    learn = human.learn
 
     def killed(*_):
         raise OSError("killed")
 
-    monkeypatch.setattr(sitting, "learn", killed)
+    monkeypatch.setattr(human, "learn", killed)
     assert season("--now", 1)[0] != 0
     assert Store(tmp_path / "data").receipt("seasons", OWN.id) is None
-    monkeypatch.setattr(sitting, "learn", learn)
+    monkeypatch.setattr(human, "learn", learn)
     assert season("--now", 1)[0] == 0
     assert len(opened) == 1
     assert rows(tmp_path / "data")["left"].to_list() == [0]

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pitchlore.flows.interrupt import until_stopped
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.engine.interrupt import until_stopped
 from pitchlore.pipeline.engine.record import recording
 from pitchlore.pipeline.game.bodies import see
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, Stream

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from pitchlore.flows.person import PersonMatch
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings
@@ -19,6 +18,7 @@ from pitchlore.pipeline.engine.matches import PLAYING
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import recorded, recording
 from pitchlore.pipeline.seasons.settings import Season
+from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches
 
