@@ -53,7 +53,7 @@ def begins(opponent: str) -> int:
 
 
 def kick_offs(games: pl.DataFrame) -> pl.DataFrame:
-    """What of the learned actions of seasons is kick-offs.
+    """Learned actions of seasons, and how many of them are kick-offs.
 
     Args:
         games: schema Games.
@@ -92,7 +92,7 @@ def _of(games: pl.DataFrame, value: pl.Expr) -> float:
 
 
 def conclusions(rows: pl.DataFrame) -> Iterator[str]:
-    """What follows for the paper's own table: a paragraph for each row of :func:`kick_offs`."""
+    """Consequences for the paper's own table: a paragraph for each row of :func:`kick_offs`."""
     for row in rows.drop_nulls("in_first").iter_rows(named=True):
         column = table3.column_of(row["opponent"])
         assert column is not None, row

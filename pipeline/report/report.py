@@ -123,7 +123,7 @@ class SeasonsReport:
             "apprentice; its games are not independent. Lines in plots are means over seasons, bands are "
             "their intervals.")
         yield f"**{self._people()}**"
-        yield "## What was played"
+        yield "## Seasons and matches played"
         yield _renamed(played(self.games), {
             "lead": "apprentice's lead", "minutes": "minutes a game", "situations": "situations a game",
             "knowledge": "last knowledge version", "policy": "last policy version",
@@ -139,7 +139,7 @@ class SeasonsReport:
                "takes about three hours on two free cores.")
 
     def _people(self) -> str:
-        """What stands beside the paper's human column, and what it is evidence of."""
+        """The note on what stands beside the paper's human column, and what it is evidence of."""
         mine = self.games.filter(pl.col("opponent") == PERSON)
         script = f"{STAND_IN}. It has delays, noise and changing tactics"
         if not mine.height:

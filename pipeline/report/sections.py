@@ -20,7 +20,7 @@ def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
     rows = kick_offs(games)
     if not rows.height:
         return
-    yield "## What of Table 3 is kick-offs"
+    yield "## Kick-offs in Table 3"
     yield (
         f"The seasons of `{PAPER}`, and of `{WITHOUT_SCORE}`, whose key has no score, from the first game on "
         "in which their column of Table 3 has learned actions. Robots decide anew at each kick-off and other "
@@ -44,7 +44,7 @@ def about_sensitivity(
     rows = sensitivity(games, growth, PAPER)
     if not rows.height:
         return
-    yield "## What the paper leaves open"
+    yield "## Points that the paper leaves open"
     yield (
         f"The key numbers of Table 3 and Figures 8 to 10 with one setting of `{PAPER}` changed, over the "
         f"first {rows['games'][0]} games, means over seasons.")

@@ -1,4 +1,4 @@
-"""What the paper leaves open: key numbers of its table and figures under other settings.
+"""Points that the paper leaves open: key numbers of its table and figures under other settings.
 
 The names of variations begin with ``paper-vary-``.
 """
@@ -35,7 +35,7 @@ HEADINGS = {
 
 
 def varied() -> pl.Expr:
-    """Whether a row, by its column settings, is of a variation."""
+    """True for rows of a variation, by their column settings."""
     return pl.col("settings").str.starts_with(PREFIX)
 
 

@@ -54,7 +54,7 @@ class Shown(NamedTuple):
         start, end: its lines in the page, counted from 0, end excluded.
         folder: name in :data:`FOLDERS`.
         commands: the commands that print it.
-        picks: which of their lines; all if empty.
+        picks: the lines of these that are shown; all if empty.
     """
 
     page: Path
@@ -175,7 +175,7 @@ class Folder:
         return made
 
     def run(self, words: tuple[str, ...]) -> list[str]:
-        """What a command prints, without blank lines and borders.
+        """The lines that a command prints, without blank lines and borders.
 
         Raises:
             RuntimeError: if the command fails.
