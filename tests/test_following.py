@@ -21,7 +21,7 @@ from pitchlore.pipeline.drawing.painting import Robot
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName
 from pitchlore.pipeline.importers.ssl_logs.container import Container
-from pitchlore.pipeline.live.following import Follower, Glimpse
+from pitchlore.pipeline.live.following import Follower, LiveSnapshot
 from pitchlore.pipeline.live.frames import framing, pitch_of
 from pitchlore.pipeline.matches.frame import Frames
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
@@ -41,14 +41,14 @@ def batches(packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> Iterator[li
         yield here
 
 
-def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> tuple[list[Glimpse], pl.DataFrame]:
+def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> tuple[list[LiveSnapshot], pl.DataFrame]:
     """Snapshots shown, and the situations that are settled, by times since the first packet."""
     settled: list[pl.DataFrame] = []
     follower = Follower(league, settled=settled.append)
     moments = []
     for batch in batches(packets, step_ns):
         follower.take(batch)
-        moments.append(follower.glimpse())
+        moments.append(follower.snapshot())
     first = packets[0].t_ns
     found = pl.concat([Situations.empty(), *settled]).with_columns(pl.col("start_ns", "end_ns") - first)
     return [moment for moment in moments if moment is not None], found
@@ -80,7 +80,7 @@ def test_at_most_a_tenth_of_a_second_ago() -> None:
     shown = []
     for batch in batches(vsss_packets(4.0)):
         follower.take(batch)
-        moment = follower.glimpse()
+        moment = follower.snapshot()
         if batch and moment is not None:
             shown.append((batch[-1].t_ns - moment.t_ns) / 1e6)
     assert len(shown) > 100
@@ -208,8 +208,8 @@ def test_a_clock_that_begins_anew(at_once: int) -> None:
     follower, shown = Follower("ssl"), []
     for first in range(0, len(cameras), at_once):
         follower.take(cameras[first:first + at_once])
-        glimpse = follower.glimpse()
-        shown.append(glimpse is not None)
+        snapshot = follower.snapshot()
+        shown.append(snapshot is not None)
     assert sum(shown[-len(shown) // 3:]) >= 0.8 * len(shown) / 3
 
 
@@ -219,9 +219,9 @@ def test_our_clock_is_set_back() -> None:
     late = [packet._replace(t_ns=packet.t_ns - 3_600 * 10**9) for packet in vsss_packets(4.0)]
     follower = Follower("vsss")
     follower.take(packets)
-    assert follower.glimpse() is not None
+    assert follower.snapshot() is not None
     follower.take(late)
-    assert follower.glimpse() is not None
+    assert follower.snapshot() is not None
 
 
 def test_what_is_no_match() -> None:

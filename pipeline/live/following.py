@@ -49,7 +49,7 @@ _MATCH = "live"
 _CLEANING, _RECOGNISING = TrajectorySettings(), SituationSettings()
 
 
-class Glimpse(NamedTuple):
+class LiveSnapshot(NamedTuple):
     """A match as it was a moment ago; blue is home.
 
     Attributes:
@@ -132,7 +132,7 @@ class Follower:
             self._sides.see(frames, self.referee)
             self._frames = frames if self._frames is None else self._frames.followed_by(frames)
 
-    def glimpse(self) -> Glimpse | None:
+    def snapshot(self) -> LiveSnapshot | None:
         """The latest settled sample; None where there is no new one."""
         if self._frames is None:
             return None
@@ -151,7 +151,7 @@ class Follower:
         recent = pl.col("end_ns") > settled_ns - _SHOWN_NS
         self._done = pl.concat([self._done, done]).filter(recent)
         doing = pl.concat([self._done, self._recogniser.open().filter(recent)])
-        return self._glimpse(new, doing)
+        return self._snapshot(new, doing)
 
     def _settled_until(self, t_ns: I64) -> int:
         """Time of the last sample whose velocities do not depend on samples to come; -1 if there is none."""
@@ -172,7 +172,7 @@ class Follower:
         log = MatchLog(info=info, frames=frames, referee=events, quality=quality_table(_MATCH, []))
         return trajectories(log, self._cleaning)[0].filter(pl.col("t_ns") <= until_ns)
 
-    def _glimpse(self, new: pl.DataFrame, doing: pl.DataFrame) -> Glimpse:
+    def _snapshot(self, new: pl.DataFrame, doing: pl.DataFrame) -> LiveSnapshot:
         """The last of the new samples, with the situations that the robots are in, or were in last."""
         latest = doing.sort("end_ns", maintain_order=True).unique(("team", "robot"), keep="last")
         words = {(team, robot): str(name).removeprefix("Robot ")
@@ -195,7 +195,7 @@ class Follower:
                 pl.col("t_ns") == now_ns, pl.col("team") != "ball").select(
                 "team", "robot", "x", "y", "theta", "turned").iter_rows()
         ]
-        return Glimpse(
+        return LiveSnapshot(
             now_ns, self._pitch, self.referee.names, self.referee.score or (None, None), self._sides.now,
             self.referee.playing, [place for _, place in self._trail] if seen else [], robots,
         )
@@ -313,4 +313,4 @@ def prepare(league: LeagueName) -> None:
     """Load and compile what a follower needs, so that the first seconds of a match are not missed."""
     follower = Follower(league)
     follower.see(few_frames())
-    follower.glimpse()
+    follower.snapshot()

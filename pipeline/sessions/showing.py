@@ -20,7 +20,7 @@ from pitchlore.pipeline.engine.child import belong
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
-from pitchlore.pipeline.live.following import Follower, Glimpse, prepare
+from pitchlore.pipeline.live.following import Follower, LiveSnapshot, prepare
 from pitchlore.pipeline.live.status import Status
 from pitchlore.schemas import SIDES
 
@@ -139,7 +139,7 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
     prepare(league)
     follower, status, delay = Follower(league), Status(league), _Delay()
     said = channels(league)["referee"]
-    latest: Glimpse | None = None
+    latest: LiveSnapshot | None = None
     packets: list[Packet] = []
     robots, painted, seen = _ROBOTS, 0.0, 0.0
     while not board.listen().leave:
@@ -150,7 +150,7 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
         follower.take(packets)
         status.see([packet for packet in packets if packet.channel == said])  # the rest is decoded once above
         packets = []
-        new = follower.glimpse()
+        new = follower.snapshot()
         if new is not None:
             latest, seen = new, now
         elif latest is None or now - painted < _AGAIN_S:
@@ -160,7 +160,7 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
         latest = latest._replace(
             names=state.names, score=state.score or (None, None), playing=state.playing)
         board.match(latest.pitch, latest.names, robots)
-        board.show(snapshot(latest, status.state(), delay.said, now - seen))
+        board.show(picture_of(latest, status.state(), delay.said, now - seen))
         painted = now
         if new is not None:
             delay.add((time.time_ns() - new.t_ns) / 1e9)
@@ -194,20 +194,20 @@ def _arrived(inlet: Connection) -> list[Packet]:
     return packets
 
 
-def snapshot(glimpse: Glimpse, state: str, delay: float | None, silent: float) -> Snapshot:
-    """A glimpse as it is painted.
+def picture_of(live: LiveSnapshot, state: str, delay: float | None, silent: float) -> Snapshot:
+    """The picture of a snapshot.
 
     Args:
-        glimpse: picture to show.
+        live: picture to show.
         state: the referee's words.
         delay: how long ago what is shown happened at most, seconds; None where that is not known yet.
         silent: how long nothing new was seen, seconds.
     """
-    words = state or ("play" if glimpse.playing else "play is stopped")
+    words = state or ("play" if live.playing else "play is stopped")
     if silent > _SILENT_S:
         words += f"   (nothing new seen for {silent:.0f} s)"
     elif delay is not None:
         words += f"   (up to {1000 * delay:.0f} ms ago)"
-    aims = ("attacks »", "« attacks") if glimpse.blue_attacks > 0 else ("« attacks", "attacks »")
+    aims = ("attacks »", "« attacks") if live.blue_attacks > 0 else ("« attacks", "attacks »")
     return Snapshot(
-        words, glimpse.score, glimpse.trail, glimpse.robots, home_attacks=glimpse.blue_attacks, notes=aims)
+        words, live.score, live.trail, live.robots, home_attacks=live.blue_attacks, notes=aims)

@@ -64,7 +64,7 @@ def test_follow_and_paint(benchmark):
     pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
     from pitchlore.pipeline.arena.window.screen import Board
-    from pitchlore.pipeline.sessions.showing import snapshot
+    from pitchlore.pipeline.sessions.showing import picture_of
 
     packets = vsss_packets_of(imported(RSIM), SECONDS, 0)
     prepare("vsss")
@@ -73,10 +73,10 @@ def test_follow_and_paint(benchmark):
         follower = Follower("vsss")
         for packet in packets:
             follower.take([packet])
-            glimpse = follower.glimpse()
-            if glimpse is not None:
-                board.match(glimpse.pitch, glimpse.names, 3)
-                board.show(snapshot(glimpse, "game on", None, 0.0))
+            snapshot = follower.snapshot()
+            if snapshot is not None:
+                board.match(live.pitch, live.names, 3)
+                board.show(picture_of(live, "game on", None, 0.0))
 
     with Board(PITCH, ("blue", "yellow"), 3) as board:
         benchmark(run)
