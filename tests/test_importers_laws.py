@@ -126,7 +126,7 @@ def test_detection(path: Path) -> None:
     data = path.read_bytes()
     for name in (path.name, "liar.txt", ""):
         assert open_source(data, name).format == path.parent.name
-    assert [reader.name for reader in READERS if reader.tells(data[:65536])] == [path.parent.name]
+    assert [reader.name for reader in READERS if reader.detects(data[:65536])] == [path.parent.name]
 
 
 @each_recording

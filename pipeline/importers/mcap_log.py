@@ -16,7 +16,7 @@ from pitchlore.pipeline.matches.quality import Flaw, quality_table
 _MAGIC = b"\x89MCAP0\r\n"
 
 
-def tells(head: bytes) -> bool:
+def detects(head: bytes) -> bool:
     """True if the content begins with MCAP's magic bytes, and is no recording of packets."""
     return head.startswith(_MAGIC) and not is_recording(head)
 

@@ -1,7 +1,7 @@
 """The formats that can be imported: one table, ``READERS``.
 
 Detection, reading, the error messages, the help of ``pitchlore import`` and README's table of formats
-all come from it. A new format is a module with two functions, ``tells`` and ``read``, and one entry here.
+all come from it. A new format is a module with two functions, ``detects`` and ``read``, and one entry here.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.matches.quality import quality_table
 from pitchlore.pipeline.settings import ImportSettings
 
-#: Bytes of the content that ``tells`` is given, at most.
+#: Bytes of the content that ``detects`` is given, at most.
 HEAD_BYTES = 1 << 16
 
 
@@ -41,8 +41,8 @@ class Reader:
         name: name of the format, unique; also the folder of its synthetic recordings in ``tests/recordings``.
         title: name of such a file for users.
         about: content that is read, for README; Markdown, one line.
-        tells: whether content is of the format, by its first ``HEAD_BYTES``, inflated and never empty.
-        read: match of a recording that ``tells`` has recognised: time from the first sample, our axes and
+        detects: whether content is of the format, by its first ``HEAD_BYTES``, inflated and never empty.
+        read: match of a recording that ``detects`` has recognised: time from the first sample, our axes and
             units, the file's ``match_id`` unless the format states one of its own. What is damaged in parts
             is read as far as it is whole and flagged in ``quality``. If no match can be made of it, it raises
             BadRecording, one line that begins with the file's name. A format that describes itself does not
@@ -55,7 +55,7 @@ class Reader:
     name: str
     title: str
     about: str
-    tells: Callable[[bytes], bool]
+    detects: Callable[[bytes], bool]
     read: Callable[[SourceFile, TrackingMap], MatchLog]
     ours: bool = False
     text: bool = False
@@ -69,36 +69,36 @@ READERS: tuple[Reader, ...] = (
         "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
         "score_home, score_away, game_state`, or one row per sample: `frame, t, x_ball, y_ball, x_blue0, "
         "y_blue0, …`; a map allows other names, units, axes and teams",
-        parquet_file.tells, parquet_file.read,
+        parquet_file.detects, parquet_file.read,
     ),
     Reader(
         "tracking-csv", "tracking table in CSV",
         "the same columns, separated by commas, semicolons or tabs, in UTF-8, UTF-16 or latin-1; without a "
         "header a map numbers them",
-        csv_file.tells, csv_file.read, text=True,
+        csv_file.detects, csv_file.read, text=True,
     ),
     Reader(
         "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",
         "ball, players, playmodes and the players' counted commands of every cycle; the left team is home",
-        rcg.tells, rcg.read, text=True,
+        rcg.detects, rcg.read, text=True,
     ),
     Reader(
         "ssl-log", "RoboCup SSL game log (.log)",
         "vision of several cameras or a tracker's packets, geometry, and the referee's commands, score and "
         "names; versions 0 and 1; blue is home unless a map says otherwise",
-        ssl_log.tells, ssl_log.read, streamed=True,
+        ssl_log.detects, ssl_log.read, streamed=True,
     ),
     Reader(
         "packets", "recording of packets (.mcap)",
         "what `pitchlore watch` received from the cameras, trackers and referee of SSL and VSSS; the whole "
         "parts of a truncated or damaged one",
-        packets.tells, packets.read,
+        packets.detects, packets.read,
     ),
     Reader(
         "mcap", "MCAP log (.mcap)",
         "Pitchlore's own logs (ROS 2 CDR, `schemas/*.msg`) from any machine; the whole parts of a truncated "
         "or damaged log",
-        mcap_log.tells, mcap_log.read, ours=True,
+        mcap_log.detects, mcap_log.read, ours=True,
     ),
 )
 
@@ -134,7 +134,7 @@ def open_source(data: Octets, name: str, limits: ImportSettings = ImportSettings
         if sum(map(len, kept)) >= HEAD_BYTES:
             break
     head = b"".join(kept)
-    found = next((reader for reader in READERS if reader.tells(head[:HEAD_BYTES])), None) if head else None
+    found = next((reader for reader in READERS if reader.detects(head[:HEAD_BYTES])), None) if head else None
     if found is not None and found.streamed:
         unpacking.allow(streamed_megabytes(limits))
         digest = sha256(head)

@@ -21,7 +21,7 @@ FRAME = """0,10.0,ball,,0.5,-0.25,
 
 def read(data: bytes | str, mapping: TrackingMap | None = None) -> MatchLog:
     data = data.encode() if isinstance(data, str) else data
-    parquet = parquet_file.tells(data[:8])
+    parquet = parquet_file.detects(data[:8])
     source = taken_for(data, "game.csv", "tracking-parquet" if parquet else "tracking-csv")
     return (parquet_file if parquet else csv_file).read(source, mapping or TrackingMap())
 

@@ -20,7 +20,7 @@ _READ: dict[LeagueName, Callable[[SourceFile, TrackingMap], MatchLog]] = {"ssl":
 _REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 
 
-def tells(head: bytes) -> bool:
+def detects(head: bytes) -> bool:
     """True if the content begins like a recording of packets."""
     return is_recording(head)
 

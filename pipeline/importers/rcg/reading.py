@@ -18,7 +18,7 @@ from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import I64
 
 
-def tells(head: bytes) -> bool:
+def detects(head: bytes) -> bool:
     """True if the content begins like a game log of rcssserver, text or binary."""
     return re.match(rb"ULG[\x01-\x0f0-9]", head) is not None
 

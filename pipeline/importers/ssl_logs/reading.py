@@ -46,7 +46,7 @@ _UNREFEREED = Lack(
 _COLOURS = ("yellow", "blue")
 
 
-def tells(head: bytes) -> bool:
+def detects(head: bytes) -> bool:
     """True if the content begins like an SSL log."""
     return head.startswith(MAGIC)
 

@@ -22,7 +22,7 @@ _NUMBERS = 3
 _MARKUP = (b"{", b"[", b"<")
 
 
-def tells(head: bytes) -> bool:
+def detects(head: bytes) -> bool:
     """True if the content begins with a header of names and a row of as many fields, one a number.
 
     Or with two rows that are alike, each with at least three numbers: a table without a header. A row of more

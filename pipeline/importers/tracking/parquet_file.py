@@ -20,7 +20,7 @@ from pitchlore.pipeline.matches.frame import MatchLog
 _MAGIC = b"PAR1"
 
 
-def tells(head: bytes) -> bool:
+def detects(head: bytes) -> bool:
     """True if the content begins with Parquet's magic bytes."""
     return head.startswith(_MAGIC)
 
