@@ -114,11 +114,11 @@ def play(
     for number, (side, recipe) in enumerate(pair.matches(), start=1):
         live: list[Controller | None] = [None, None]
         live[side] = None if measured is None else measured(recipe, side)
-        minds = controllers_of(recipe, policies, (live[HOME], live[AWAY]))
-        match = MatchInPlay(recipe, minds, logged=False)
+        controllers = controllers_of(recipe, policies, (live[HOME], live[AWAY]))
+        match = MatchInPlay(recipe, controllers, logged=False)
         while match.advance(PART):
             pass
-        decided = minds[side].decided()
+        decided = controllers[side].decided()
         learned = whole.team.settings.kind == "learned"
         rows.append({
             "evaluation": whole.id, "team": whole.team.name, "policy_version": whole.team.policy_version,

@@ -81,7 +81,7 @@ def played():
     of = TeamSettings(kind="learned", policy="it", explore=1.0)
     recipe = Recipe(home=of, away=of, seed=3, referee=RefereeSettings(duration_s=60.0))
     noted = []
-    minds = controllers_of(recipe, {"it": policy})
+    players = controllers_of(recipe, {"it": policy})
     with pytest.MonkeyPatch.context() as patch:
         decide = controllers.appraising.decide
 
@@ -90,7 +90,7 @@ def played():
             decide(view, *rest)
 
         patch.setattr(controllers.appraising, "decide", spy)
-        match = MatchInPlay(recipe, minds)
+        match = MatchInPlay(recipe, players)
         while match.advance(500):
             pass
     part = match.take()

@@ -139,11 +139,11 @@ def test_constant_team(tmp_path):
         team = entrant(Store(tmp_path), word, policies)
         assert (team.name, team.settings.policy, team.policy_version) == (name, name, None)
         of = recipe("static").model_copy(update={"home": team.settings})
-        minds = controllers_of(of, policies)
-        match = MatchInPlay(of, minds, logged=False)
+        players = controllers_of(of, policies)
+        match = MatchInPlay(of, players, logged=False)
         while match.advance(500):
             pass
-        did = {(ROLES[each.role], each.behaviour_id, each.random) for each in minds[0].decided()}
+        did = {(ROLES[each.role], each.behaviour_id, each.random) for each in players[0].decided()}
         assert did == {(role, f"{role}-{code}", False) for role, code in zip(ROLES, codes.split(), strict=True)}
     with pytest.raises(BadSettings, match=r"there is no action 999\. Name some of 001, .* 184, 194"):
         entrant(Store(tmp_path), "constant:044/999/021", {})

@@ -73,8 +73,8 @@ def test_follow_and_paint(benchmark):
         follower = Follower("vsss")
         for packet in packets:
             follower.take([packet])
-            snapshot = follower.snapshot()
-            if snapshot is not None:
+            live = follower.snapshot()
+            if live is not None:
                 board.match(live.pitch, live.names, 3)
                 board.show(picture_of(live, "game on", None, 0.0))
 

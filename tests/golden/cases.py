@@ -194,7 +194,7 @@ def _shown(table: pl.DataFrame, schema: type[Table]) -> pl.DataFrame:
 # --- other goldens ---------------------------------------------------------------------------------
 
 
-def telling() -> Golden:
+def commentary_clip() -> Golden:
     """The commentary of the sample's seconds 0 to 120, and its numbers."""
     store = Store(Path(_data().name))
     found = {noun: next(store.receipts(noun)) for noun in ("matches", "trajectories", "situations", "goals", "events")}
@@ -337,7 +337,7 @@ CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     "models/sample.txt": fitted,
     "schemas/tables.txt": tables,
     "matches/rsim-3s.txt": log,
-    "commentary/clip-120s.txt": telling,
+    "commentary/clip-120s.txt": commentary_clip,
     "paradigms/quick.txt": paradigms,
     "executors/confusion.txt": confusion,
     "matches/played-20s.txt": match,
