@@ -184,7 +184,7 @@ def sources(store: Store) -> Sources:
     return Sources(receipts, measurements(store, receipts, played), apprentices(store, receipts))
 
 
-class Tables(NamedTuple):
+class ReportTables(NamedTuple):
     """Tables that the report is made from.
 
     Attributes:
@@ -202,7 +202,7 @@ class Tables(NamedTuple):
     preferences: pl.DataFrame
 
 
-def tables(store: Store, of: Sources) -> Tables:
+def tables(store: Store, of: Sources) -> ReportTables:
     """Tables of the report.
 
     Args:
@@ -216,9 +216,9 @@ def tables(store: Store, of: Sources) -> Tables:
     growth = pl.concat(store.read_table(receipt, "growth", Growth) for receipt in of.seasons)
     evaluations = pl.concat([Evaluations.empty(), *(
         store.read_table(receipt, "evaluations", Evaluations) for receipt in of.measurements.counted)])
-    return Tables(games.sort("season", "game"), growth.sort("season", "game", "role"),
-                  evaluations.sort("evaluation", "seed", "match"), of.measurements.left_out,
-                  _preferences(of.apprentices))
+    return ReportTables(games.sort("season", "game"), growth.sort("season", "game", "role"),
+                        evaluations.sort("evaluation", "seed", "match"), of.measurements.left_out,
+                        _preferences(of.apprentices))
 
 
 def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
@@ -232,7 +232,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def _made(found: Tables, draw: Draw) -> Made:
+def _made(found: ReportTables, draw: Draw) -> Made:
     """Claims, plots, and the report as Markdown and as a web page."""
     games, growth, evaluations, left_out, preferences = found
     claims, pictures = verdicts(games, growth, evaluations), draw(games, growth)
@@ -257,7 +257,7 @@ class Written(NamedTuple):
 
     receipt: Receipt
     page: Path
-    tables: Tables
+    tables: ReportTables
 
 
 def write_report(store: Store, draw: Draw) -> Written:
