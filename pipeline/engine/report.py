@@ -35,7 +35,7 @@ TITLE = "Pitchlore: seasons"
 NO_SETTINGS = Frozen()
 
 #: Plots of seasons (schemas Games and Growth) as PNG, by the names that the report gives them.
-Draw = Callable[[pl.DataFrame, pl.DataFrame], dict[str, bytes]]
+DrawSeasons = Callable[[pl.DataFrame, pl.DataFrame], dict[str, bytes]]
 
 
 def damaged(store: Store) -> list[Vouched]:
@@ -232,7 +232,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def _made(found: ReportTables, draw: Draw) -> Made:
+def _made(found: ReportTables, draw: DrawSeasons) -> Made:
     """Claims, plots, and the report as Markdown and as a web page."""
     games, growth, evaluations, left_out, preferences = found
     claims, pictures = verdicts(games, growth, evaluations), draw(games, growth)
@@ -260,7 +260,7 @@ class Written(NamedTuple):
     tables: ReportTables
 
 
-def write_report(store: Store, draw: Draw) -> Written:
+def write_report(store: Store, draw: DrawSeasons) -> Written:
     """Report on the present seasons, evaluations and policies, unless none of them has changed.
 
     Args:
