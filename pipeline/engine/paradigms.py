@@ -20,7 +20,7 @@ NOUN = "paradigms"
 SORTED = ("study", "figure", "game", "learner", "reading", "decay", "k", "runs", "seed")
 
 #: Plots of a figure's points (schema Paradigms) as PNG, by name.
-Draw = Callable[[pl.DataFrame, FigureNumber], dict[str, bytes]]
+DrawPoints = Callable[[pl.DataFrame, FigureNumber], dict[str, bytes]]
 
 
 class FigureReport(BaseModel):
@@ -86,7 +86,7 @@ def make_sweep(store: Store, sweep: Sweep) -> None:
             tables=[(table, Paradigms)], details={"diverged": int(table["diverged"].sum())}))
 
 
-def make_report(store: Store, report: FigureReport, draw: Draw) -> None:
+def make_report(store: Store, report: FigureReport, draw: DrawPoints) -> None:
     """Store the verdicts on a figure's claims, and its plots."""
     with refusing(store, NOUN, report.name):
         points = points_of(store, report)
