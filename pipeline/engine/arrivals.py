@@ -21,7 +21,7 @@ NAME = ".recordings.json"
 _MOST = 100_000
 
 
-class Known(Frozen):
+class KnownRecordings(Frozen):
     """Recordings of known content.
 
     Attributes:
@@ -60,7 +60,7 @@ class Arrivals:
         """Write what was noted."""
         if self._store.mirror is None and self._known != self._before:
             newest = dict(list(self._known.items())[-_MOST:])
-            self._store.keep(self._store.root / NAME, sealed(Known(recordings=newest)))
+            self._store.keep(self._store.root / NAME, sealed(KnownRecordings(recordings=newest)))
 
 
 def stamps_of(files: Sequence[Path]) -> str:
@@ -76,7 +76,7 @@ def _name(files: Sequence[Path]) -> str:
     return "\0".join(str(file.absolute()) for file in files)
 
 
-def _read(store: Store) -> Known:
+def _read(store: Store) -> KnownRecordings:
     with suppress(CorruptFile):
-        return read_model(str(store.root / NAME), Known) or Known()
-    return Known()
+        return read_model(str(store.root / NAME), KnownRecordings) or KnownRecordings()
+    return KnownRecordings()
