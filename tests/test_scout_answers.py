@@ -13,7 +13,7 @@ from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead, Numbers, over_matches
 from pitchlore.pipeline.views.scout.scored import Scored, again, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
-from pitchlore.pipeline.views.scout.zones import Played, losses, passing, samples, third
+from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
 from pitchlore.pipeline.views.scout.zones import played as played_by
 from pitchlore.schemas import SIDES, Goals, Passes, Possession, Shots, Situations
 
@@ -41,7 +41,7 @@ def test_losses():
     held = rows(Possession, *(
         {"team": "home", "robot": 9, "last_robot": robot, "end_x": x, "ended": ended} for robot, x, ended in (
             (1, -0.7, "lost"), (1, 0.0, "lost"), (1, 0.7, "shot"), (2, 0.7, "lost"), (1, 0.0, "stopped"))))
-    one, two, three = losses(held, {MATCH: 1.5}, {1: Played("striker", 1.0, 5.0), 3: Played("midfield", 0.5, 5.0)})
+    one, two, three = losses(held, {MATCH: 1.5}, {1: RobotNumbers("striker", 1.0, 5.0), 3: RobotNumbers("midfield", 0.5, 5.0)})
     assert (one.robot, one.role, one.thirds, one.n, one.per_ten) == (1, "striker", (1, 1, 0), 2, 4.0)
     assert (two.thirds, two.per_ten) == ((0, 0, 1), None), "a robot that is not seen has no rate"
     assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50%")
@@ -57,7 +57,7 @@ def test_pitches_of_two_sizes():
 def test_roles():
     """A robot's role is its commonest, over the matches in which it is seen."""
     found = played_by([({1: {"striker": 6, "midfield": 4}}, 4.0), ({1: {"midfield": 10}, 2: {"striker": 1}}, 6.0)])
-    assert found == {1: Played("midfield", 0.7, 10.0), 2: Played("striker", 1.0, 6.0)}
+    assert found == {1: RobotNumbers("midfield", 0.7, 10.0), 2: RobotNumbers("striker", 1.0, 6.0)}
 
 
 def test_passing():

@@ -20,7 +20,7 @@ _CONSTANT = 0.9
 RoleSamples = dict[int, dict[str, int]]
 
 
-class Played(NamedTuple):
+class RobotNumbers(NamedTuple):
     """Numbers of a robot of a team, over matches.
 
     Attributes:
@@ -94,7 +94,7 @@ def samples(trajectories: pl.DataFrame) -> dict[str, RoleSamples]:
     return found
 
 
-def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dict[int, Played]:
+def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dict[int, RobotNumbers]:
     """Numbers of each robot of a team over its sides in matches: their samples, and the matches' minutes.
 
     Of roles with as many samples the first by name is taken.
@@ -110,12 +110,12 @@ def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dic
     found = {}
     for robot, roles in sorted(totals.items()):
         role = min(roles, key=lambda name: (-roles[name], name))
-        found[robot] = Played(role, roles[role] / max(sum(roles.values()), 1), minutes[robot])
+        found[robot] = RobotNumbers(role, roles[role] / max(sum(roles.values()), 1), minutes[robot])
     return found
 
 
 def losses(
-    possession: pl.DataFrame, lengths: Mapping[str, float], robots: Mapping[int, Played]
+    possession: pl.DataFrame, lengths: Mapping[str, float], robots: Mapping[int, RobotNumbers]
 ) -> list[Losses]:
     """Losses of the ball, by robot and place: possessions that the adversary ended.
 

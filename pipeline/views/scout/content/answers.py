@@ -16,7 +16,7 @@ from pitchlore.pipeline.views.scout.words import said
 from pitchlore.pipeline.views.scout.zones import (
     THIRDS,
     WAYS,
-    Played,
+    RobotNumbers,
     RoleSamples,
     losses,
     passing,
@@ -74,7 +74,7 @@ def of_team(
 
 def robots_of(
     sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
-) -> dict[int, Played]:
+) -> dict[int, RobotNumbers]:
     """Roles and minutes of each robot of a team in its matches."""
     return played(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
                    lines[match.name]["seconds"] / 60) for match, side in sides)
@@ -92,13 +92,13 @@ def goals_of(match: Match, tables: Tables) -> list[Scored]:
     return scored(tables.goals, tables.shots, tables.situations, match.pitch.length)
 
 
-def how(goals: Sequence[Scored], seen: Mapping[int, Played]) -> dict[str, Any]:
+def how(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> dict[str, Any]:
     """How goals came about, with the commonest run before them in words."""
     found = summary(goals, {robot: it.says for robot, it in seen.items()})
     return found._asdict() | {"last": None if found.run is None else said(found.run.codes)}
 
 
-def scores_by(goals: Sequence[Scored], seen: Mapping[int, Played]) -> tuple[str, list[Any]]:
+def scores_by(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> tuple[str, list[Any]]:
     """A team's ways to score, in sentences, with clips of its commonest one."""
     found = summary(goals, {robot: it.says for robot, it in seen.items()})
     if not found.n:
