@@ -31,8 +31,8 @@ from pitchlore.pipeline.report.measures import (
     OTHER,
     OTHER_TIME,
     WON,
-    Measure,
     Pooling,
+    SeasonMeasure,
     Seasons,
     SeasonTables,
     both,
@@ -83,7 +83,7 @@ MOSTLY_LEARNED = Range(f"at least {LEARNED:g} %", low=LEARNED)
 
 
 def _claim(
-    item: str, text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: Measure, stated: Range,
+    item: str, text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: SeasonMeasure, stated: Range,
     *, pooling: Pooling = "mean", trials: Callable[[SeasonTables], int] = lambda _: 1,
     in_table_3: bool = False, by_construction: bool = False,
 ) -> Claim[Seasons]:
@@ -93,7 +93,7 @@ def _claim(
 
 
 def _table_3(
-    text: str, opponent: str, quantity: str, measure: Measure, stated: Range, *, pooling: Pooling = "mean",
+    text: str, opponent: str, quantity: str, measure: SeasonMeasure, stated: Range, *, pooling: Pooling = "mean",
     by_construction: bool = False,
 ) -> Claim[Seasons]:
     """Claim about one of Table 3's columns."""
@@ -102,7 +102,7 @@ def _table_3(
 
 
 def _about(
-    text: str, quantity: str, measure: Measure, unit: str = "", kinds: tuple[str, ...] = (HUMAN, STATIC), *,
+    text: str, quantity: str, measure: SeasonMeasure, unit: str = "", kinds: tuple[str, ...] = (HUMAN, STATIC), *,
     by_construction: bool = False,
 ) -> Iterator[Claim[Seasons]]:
     """Claims that a quantity is about as great as in the paper's columns."""

@@ -68,7 +68,7 @@ class SeasonTables(NamedTuple):
     evaluations: pl.DataFrame = _NO_EVALUATIONS
 
 
-Measure = Callable[[SeasonTables], float]
+SeasonMeasure = Callable[[SeasonTables], float]
 
 #: Seasons by names of their settings and their opponent.
 Seasons = Mapping[tuple[str, str], Sequence[SeasonTables]]
@@ -144,22 +144,22 @@ def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:
     return rows if rows["game"].n_unique() == last - first + 1 else None
 
 
-def mean(value: pl.Expr, first: int, last: int) -> Measure:
+def mean(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     """Measure: the mean of a value over games ``first`` to ``last``; of a condition, the share."""
     return _of_phase(first, last, lambda rows: rows.select(value.mean()).item())
 
 
-def total(value: pl.Expr, first: int, last: int) -> Measure:
+def total(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     """Measure: the sum of a value over games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.sum()).item())
 
 
-def greatest(value: pl.Expr, first: int, last: int) -> Measure:
+def greatest(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     """Measure: the greatest value in games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.max()).item())
 
 
-def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
+def evaluated(value: pl.Expr, opponent: str, games: int) -> SeasonMeasure:
     """Measure: the mean of a value over an apprentice's evaluations against an opponent.
 
     NaN if the season is not of so many games. A control has no games, so any number is its own.
@@ -178,7 +178,7 @@ def pairs(opponent: str) -> Callable[[SeasonTables], int]:
     return lambda season: season.evaluations.filter(pl.col("opponent") == opponent)["seed"].n_unique()
 
 
-def slope(value: pl.Expr, first: int, last: int) -> Measure:
+def slope(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     """Measure: the slope of the least-squares line through games ``first`` to ``last``, value per game."""
     def fitted(rows: pl.DataFrame) -> float | None:
         x, y = rows.select(pl.col("game").cast(pl.Float64), value.alias("y")).drop_nulls().get_columns()
@@ -187,13 +187,13 @@ def slope(value: pl.Expr, first: int, last: int) -> Measure:
     return _of_phase(first, last, fitted)
 
 
-def overall_other(first: int, last: int) -> Measure:
+def overall_other(first: int, last: int) -> SeasonMeasure:
     """Measure: other actions of all actions in games ``first`` to ``last``, %."""
     others = total(pl.col("other_actions"), first, last)
     return both(others, total(pl.col("actions"), first, last), lambda a, b: 100 * a / b if b else math.nan)
 
 
-def both(one: Measure, other: Measure, joined: Callable[[float, float], float]) -> Measure:
+def both(one: SeasonMeasure, other: SeasonMeasure, joined: Callable[[float, float], float]) -> SeasonMeasure:
     """Measure made of two others; NaN if one of them is."""
     def measure(season: SeasonTables) -> float:
         a, b = one(season), other(season)
@@ -202,12 +202,12 @@ def both(one: Measure, other: Measure, joined: Callable[[float, float], float]) 
     return measure
 
 
-def less(one: Measure, other: Measure) -> Measure:
+def less(one: SeasonMeasure, other: SeasonMeasure) -> SeasonMeasure:
     """Measure: the first minus the second."""
     return both(one, other, lambda a, b: a - b)
 
 
-def known(column: str, game: int, roles: Sequence[str] = ROLES) -> Measure:
+def known(column: str, game: int, roles: Sequence[str] = ROLES) -> SeasonMeasure:
     """Measure: a column of schema Growth after a game, added up over the roles."""
     def measure(season: SeasonTables) -> float:
         rows = season.growth.filter((pl.col("game") == game) & pl.col("role").is_in(roles))
@@ -216,7 +216,7 @@ def known(column: str, game: int, roles: Sequence[str] = ROLES) -> Measure:
     return measure
 
 
-def least_step(column: str, first: int, last: int) -> Measure:
+def least_step(column: str, first: int, last: int) -> SeasonMeasure:
     """Measure: the least change of a column of schema Growth from game to game, over the roles."""
     def measure(season: SeasonTables) -> float:
         steps = _steps(season, column, first, last)
@@ -225,7 +225,7 @@ def least_step(column: str, first: int, last: int) -> Measure:
     return measure
 
 
-def grown_without_training(column: str, first: int, last: int) -> Measure:
+def grown_without_training(column: str, first: int, last: int) -> SeasonMeasure:
     """Measure: the rise of a column of schema Growth over games after which no new knowledge was made."""
     def measure(season: SeasonTables) -> float:
         steps = _steps(season, column, first, last)
@@ -238,13 +238,13 @@ def grown_without_training(column: str, first: int, last: int) -> Measure:
     return measure
 
 
-def printed(measure: Measure, column: str) -> float:
+def printed(measure: SeasonMeasure, column: str) -> float:
     """Number of the paper's own season in a column of Table 3."""
     return measure(SeasonTables(table3.games(column)))
 
 
 def compared(
-    sides: Sequence[tuple[str, str]], measure: Measure, pooling: Pooling = "mean",
+    sides: Sequence[tuple[str, str]], measure: SeasonMeasure, pooling: Pooling = "mean",
     trials: Callable[[SeasonTables], int] = lambda _: 1, *, in_table_3: bool = False,
 ) -> Callable[[Seasons], Iterator[Evidence]]:
     """Evidence from seasons: the estimate of one side, or of the first side minus the second.
@@ -274,7 +274,7 @@ def compared(
     return evidence
 
 
-def _of_phase(first: int, last: int, of: Callable[[pl.DataFrame], float | None]) -> Measure:
+def _of_phase(first: int, last: int, of: Callable[[pl.DataFrame], float | None]) -> SeasonMeasure:
     def measure(season: SeasonTables) -> float:
         rows = phase(season.games, first, last)
         value = None if rows is None else of(rows)

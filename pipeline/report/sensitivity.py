@@ -11,8 +11,8 @@ from pitchlore.pipeline.report.measures import (
     DIFFERENCE,
     EFFECTIVE,
     OTHER,
-    Measure,
     Pooling,
+    SeasonMeasure,
     known,
     mean,
     pooled,
@@ -77,7 +77,7 @@ def sensitivity(games: pl.DataFrame, growth: pl.DataFrame, base: str) -> pl.Data
         "opponent", pl.col("settings") != base, "settings")
 
 
-def _measures(last: int) -> dict[str, tuple[Measure, Pooling]]:
+def _measures(last: int) -> dict[str, tuple[SeasonMeasure, Pooling]]:
     return {
         "states": (known("states", last), "count"),
         "behaviours": (known("behaviours", last), "count"),

@@ -20,8 +20,8 @@ from pitchlore.pipeline.report.measures import (
     OTHER,
     OTHER_TIME,
     WON,
-    Measure,
     Pooling,
+    SeasonMeasure,
     SeasonTables,
     distinct,
     evaluated,
@@ -209,7 +209,7 @@ def _games(season: SeasonTables) -> int:
     return int(season.games["game"][-1]) if season.games.height else 0
 
 
-def _last(value: pl.Expr, last: int) -> Measure:
+def _last(value: pl.Expr, last: int) -> SeasonMeasure:
     """Measure: the mean of a value over the ten games up to ``last``, or over all if there are fewer."""
     return mean(value, max(1, last - LAST + 1), last)
 
