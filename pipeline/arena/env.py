@@ -33,7 +33,7 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam
-from pitchlore.pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode, Side
+from pitchlore.pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.observation import LIMIT, length
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
@@ -44,7 +44,7 @@ from pitchlore.pipeline.arena.window.rendering import Rendering
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.numbers.arrays import F32
-from pitchlore.schemas import SIDES
+from pitchlore.schemas import SIDES, Side
 
 __all__ = ["BEHAVIOURS", "ID", "EnvSettings", "ParallelMatch", "TeamEnv", "env", "parallel_env"]
 

@@ -83,8 +83,8 @@ MOSTLY_LEARNED = Range(f"at least {LEARNED:g} %", low=LEARNED)
 
 
 def _claim(
-    item: str, text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: SeasonMeasure, stated: Range,
-    *, pooling: Pooling = "mean", trials: Callable[[SeasonTables], int] = lambda _: 1,
+    item: str, text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: SeasonMeasure,
+    stated: Range, *, pooling: Pooling = "mean", trials: Callable[[SeasonTables], int] = lambda _: 1,
     in_table_3: bool = False, by_construction: bool = False,
 ) -> Claim[Seasons]:
     """Claim about seasons; see :func:`pipeline.report.measures.compared` for the arguments."""
@@ -93,8 +93,8 @@ def _claim(
 
 
 def _table_3(
-    text: str, opponent: str, quantity: str, measure: SeasonMeasure, stated: Range, *, pooling: Pooling = "mean",
-    by_construction: bool = False,
+    text: str, opponent: str, quantity: str, measure: SeasonMeasure, stated: Range, *,
+    pooling: Pooling = "mean", by_construction: bool = False,
 ) -> Claim[Seasons]:
     """Claim about one of Table 3's columns."""
     return _claim("Table 3", text, ((PAPER, opponent),), quantity, measure, stated, pooling=pooling,
@@ -102,8 +102,8 @@ def _table_3(
 
 
 def _about(
-    text: str, quantity: str, measure: SeasonMeasure, unit: str = "", kinds: tuple[str, ...] = (HUMAN, STATIC), *,
-    by_construction: bool = False,
+    text: str, quantity: str, measure: SeasonMeasure, unit: str = "",
+    kinds: tuple[str, ...] = (HUMAN, STATIC), *, by_construction: bool = False,
 ) -> Iterator[Claim[Seasons]]:
     """Claims that a quantity is about as great as in the paper's columns."""
     for kind in kinds:

@@ -10,7 +10,6 @@ from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.base.toml import Frozen
 
 Actions = Literal["wheels", "behaviours"]
-Side = Literal["home", "away"]
 RenderMode = Literal["human", "rgb_array"]
 Observations = Literal["bodies", "sights"]
 

@@ -6,14 +6,14 @@ import numpy as np
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team, controller_of
 from pitchlore.pipeline.arena.match.driven import BehaviourController, Driven, WheelController
-from pitchlore.pipeline.arena.match.environment import EnvSettings, Side
+from pitchlore.pipeline.arena.match.environment import EnvSettings
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.match.stepped import SteppedMatch
 from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.matches.frame import AWAY, HOME
-from pitchlore.schemas import SIDES
+from pitchlore.schemas import SIDES, Side
 
 #: A driven team in a recipe.
 _DRIVEN = TeamSettings(kind="human")

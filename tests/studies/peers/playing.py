@@ -14,10 +14,9 @@ from studies.peers.network import load
 
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
-from pitchlore.pipeline.arena.match.environment import Side
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
 from pitchlore.pipeline.evaluations import match_seed
-from pitchlore.schemas import SIDES
+from pitchlore.schemas import SIDES, Side
 
 #: Matches after which a learner's network is kept and measured.
 KEPT = (20, 40, 80, 140, 280, 560, 1_000, 1_400, 2_800, 5_600, 11_200)
