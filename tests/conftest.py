@@ -16,8 +16,8 @@ from support.sessions import FOLDER, QUIET, keep_migrated, migrated, once
 
 from pitchlore import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
 from pitchlore.flows.server import Process
+from pitchlore.pipeline.base.system import cores
 from pitchlore.pipeline.engine.child import collect_rarely
-from pitchlore.pipeline.engine.placement.crew import cores
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.engine.progress import RunReport

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.unit
 #: Keeps a few of many pieces, so that what lies between them is free and no heap can shrink.
 _PIECES = """
 import re
-from pitchlore.pipeline.engine.child import give_back
+from pitchlore.pipeline.base.system import give_back
 def held():
     return int(re.search(r"RssAnon:\\s+(\\d+)", open("/proc/self/status").read()).group(1)) / 1000
 pieces = [bytearray(100_000) for _ in range(2_000)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import logging
 import os
@@ -24,17 +23,6 @@ def collect_rarely() -> None:
     is spent on looking at them again and again.
     """
     gc.set_threshold(OBJECTS)
-
-
-def give_back() -> None:
-    """Give the system the memory that this process no longer uses.
-
-    glibc keeps what many threads have freed in pieces, for each of them: after six games of a season, of five
-    matches each, a process has 550 MB with what it keeps and 350 without.
-    """
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:  # another C library than glibc has nothing to give
-        trim(0)
 
 
 def belong() -> None:

@@ -21,9 +21,9 @@ from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.system import give_back
 from pitchlore.pipeline.engine.catalog import forget_outputs
 from pitchlore.pipeline.engine.chain import Chain
-from pitchlore.pipeline.engine.child import give_back
 from pitchlore.pipeline.engine.knowledge import of_imitated
 from pitchlore.pipeline.engine.outputs import match_names, need
 from pitchlore.pipeline.engine.record import record

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import resource
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
-from functools import cache
 from multiprocessing.connection import Connection
-from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.base import errors
 from pitchlore.pipeline.base.errors import BadRecording, PitchloreError, in_one_line
+from pitchlore.pipeline.base.system import clean, limit_memory
 from pitchlore.pipeline.importers.readers import open_parts, read
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
@@ -24,7 +22,7 @@ from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store.files import Files
 
 #: A new process is forked from one that has loaded these, and has read nothing.
-_LOADED = ["pitchlore.pipeline.engine.isolated", "pitchlore.pipeline.importers.readers"]
+_LOADED = "pitchlore.pipeline.engine.isolated", "pitchlore.pipeline.importers.readers"
 _TRUST = "Remove it; if you trust it, raise {} in the [imports] settings"
 
 
@@ -46,7 +44,7 @@ def read_isolated(
     """
     limits = source.limits
     here, there = multiprocessing.Pipe(duplex=False)
-    process = _context().Process(
+    process = clean(_LOADED).Process(
         target=_answer, args=(
             there, [str(path) for path in paths], source.provider, source.sha256, source.match_id, mapping,
             limits), daemon=True)
@@ -74,23 +72,14 @@ def read_isolated(
     return log.read(data, where=source.name), data
 
 
-@cache
-def _context() -> ForkServerContext:
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(_LOADED)
-    return context
-
-
 def _answer(
     there: Connection, paths: Sequence[str], provider: str | None, sha256: str, match_id: str,
     mapping: TrackingMap, limits: ImportSettings,
 ) -> None:
     """Read a recording and send its match, in the process of its own."""
-    most = limits.memory_megabytes << 20
     answer: tuple[bytes, Content]
     try:
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        limit_memory(limits.memory_megabytes << 20)
         with ExitStack() as stack:
             parts = [
                 (file.name, stack.enter_context(Files(file.parent).opened(file, megabytes=limits.megabytes)))

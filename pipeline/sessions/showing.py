@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 
 from pitchlore.pipeline.arena.window import board_class
 from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.base.system import undisturbed
 from pitchlore.pipeline.drawing.painting import Snapshot
 from pitchlore.pipeline.engine.child import belong
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -70,11 +70,8 @@ class Showing:
     def __enter__(self) -> Self:
         self._say("Opening the window …")
         # Ctrl-C is the recording's; the process inherits that it does not hear of it
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
+        with undisturbed():
             self._process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         self._inlet.close()
         self._tells.close()
         try:

@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.base.system import sync_file, sync_folder
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.buckets import check_local
-from pitchlore.pipeline.store.paths import sync, unwritable
+from pitchlore.pipeline.store.paths import unwritable
 from pitchlore.pipeline.store.temporaries import beside
 
 
@@ -34,9 +35,9 @@ def aside(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             yield temporary
-            sync(temporary, os.O_RDONLY)
+            sync_file(temporary)
             os.replace(temporary, path)  # noqa: PTH105 (the tests make os.replace fail)
-            sync(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+            sync_folder(path.parent)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import re
 import stat
@@ -13,11 +12,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pitchlore.pipeline.base.errors import NotFound, StillWritten, StorageFailed
+from pitchlore.pipeline.base.system import open_to_read
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.atomic import aside
 from pitchlore.pipeline.store.buckets import check_local
 from pitchlore.pipeline.store.foreign import ForeignFile
-from pitchlore.pipeline.store.locks import free, holding, take
+from pitchlore.pipeline.store.locks import free, holding, taken
 from pitchlore.pipeline.store.meter import count_read, count_written
 from pitchlore.pipeline.store.mirrors import Mirror, located, mirror_of
 from pitchlore.pipeline.store.paths import listed, remove, safe, unwritable
@@ -116,8 +116,7 @@ class Files:
         path = self.root / folder / safe(name)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open("ab") as stream:
-                take(stream)
+            with path.open("ab") as stream, taken(stream):
                 stream.truncate(0)
                 yield path, stream
         except BlockingIOError as error:
@@ -128,7 +127,8 @@ class Files:
 
     def abandoned(self, folder: str) -> list[Path]:
         """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
-        return [path for path in map(Path, listed(self.root / folder)) if path.is_file() and free(path)]
+        there = (path for path in map(Path, listed(self.root / folder)) if not path.name.startswith("."))
+        return [path for path in there if path.is_file() and free(path)]
 
     def moved(self, path: Path, folder: str) -> Path:
         """Move a file that grew into another folder of the data folder; to the bucket, if it is in one.
@@ -161,8 +161,7 @@ class Files:
         Returns:
             Whether it was removed: not if it is of use, somebody has it again, or it is gone.
         """
-        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as held:
-            take(held)
+        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as held, taken(held):
             if useless(held.read()):
                 path.unlink()
                 return True
@@ -180,8 +179,7 @@ class Files:
         """
         numbers = [int(there.stem.rpartition("-")[2]) for there in self.were_set_aside(folder, path.name)]
         home = self.root / folder / f"{path.stem}-{max(numbers, default=0) + 1}{path.suffix}"
-        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as held:
-            take(held)
+        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as held, taken(held):
             try:
                 home.parent.mkdir(parents=True, exist_ok=True)
                 return path.rename(home)
@@ -244,7 +242,7 @@ class Files:
         """
         check_local(path)
         try:
-            descriptor = _without_waiting(str(path), os.O_RDONLY | os.O_CLOEXEC)
+            descriptor = open_to_read(str(path))
         except OSError as error:
             raise NotFound(f"cannot be read ({error.strerror or error})", where=self.named(path),
                            next_step="Name an existing file that you may read") from error
@@ -263,31 +261,31 @@ class Files:
     @contextmanager
     def locked(self, noun: str) -> Iterator[None]:
         """Lock a noun against every other thread and process while the body runs."""
-        with holding(self.root / noun / ".lock", fcntl.LOCK_EX):
+        with holding(self.root / noun / ".lock", alone=True):
             yield
 
     @contextmanager
     def keeping(self) -> Iterator[None]:
         """No thread or process removes an output while the body runs."""
-        with holding(self.root / ".lock", fcntl.LOCK_SH, reading=True):
+        with holding(self.root / ".lock", alone=False, reading=True):
             yield
 
     @contextmanager
     def removing(self) -> Iterator[None]:
         """No other thread or process commits or removes an output, or is :meth:`keeping`, meanwhile."""
-        with holding(self.root / ".lock", fcntl.LOCK_EX):
+        with holding(self.root / ".lock", alone=True):
             yield
 
     @contextmanager
     def committing(self) -> Iterator[None]:
         """No thread or process removes an output or takes a :meth:`snapshot` while the body runs."""
-        with self.keeping(), holding(self.root / ".commits", fcntl.LOCK_SH):
+        with self.keeping(), holding(self.root / ".commits", alone=False):
             yield
 
     @contextmanager
     def snapshot(self) -> Iterator[None]:
         """No thread or process commits or removes an output: what the body reads is of one moment."""
-        with self.keeping(), holding(self.root / ".commits", fcntl.LOCK_EX, reading=True):
+        with self.keeping(), holding(self.root / ".commits", alone=True, reading=True):
             yield
 
 
@@ -298,8 +296,3 @@ def _stamp(path: Path) -> tuple[int, ...] | None:
     except OSError:
         return None
     return found.st_ino, found.st_size, found.st_mtime_ns
-
-
-def _without_waiting(path: str, flags: int) -> int:
-    """A descriptor; a pipe without a writer is opened at once."""
-    return os.open(path, flags | os.O_NONBLOCK)

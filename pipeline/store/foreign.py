@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.system import read_at
 
 #: Bytes that are read by one call; the system reads less than 2 GiB.
 _AT_ONCE = 1 << 30
@@ -36,7 +37,7 @@ class ForeignFile:
         first, last, _ = part.indices(self._size)
         pieces = []
         try:
-            while first < last and (piece := os.pread(self._descriptor, min(last - first, _AT_ONCE), first)):
+            while first < last and (piece := read_at(self._descriptor, min(last - first, _AT_ONCE), first)):
                 pieces.append(piece)
                 first += len(piece)
         except OSError as error:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import fcntl
 import logging
 import os
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, BinaryIO
 
 from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.base.system import locked
 from pitchlore.pipeline.store.paths import unwritable
 
 #: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.
@@ -21,12 +21,12 @@ _log = logging.getLogger(__name__)
 
 
 @contextmanager
-def holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
+def holding(path: Path, *, alone: bool, reading: bool = False) -> Iterator[None]:
     """A lock on a file, which is made if need be; waits until others let go of it.
 
     Args:
         path: path of the file.
-        lock: as for ``fcntl.flock``.
+        alone: nobody else has a lock; otherwise others may have one that is not ``alone``, either.
         reading: go without the lock if there is no such file and none can be made, as in a folder in which
             nobody can write; or if the disk has no locks.
 
@@ -43,9 +43,9 @@ def holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
             yield
             return
         held = path.open("r")
-    with held:
+    with held, ExitStack() as stack:
         try:
-            _wait(held, lock, path)
+            stack.enter_context(_waited(held, path, alone=alone))
         except OSError as error:
             if not reading:
                 raise StorageFailed(
@@ -55,34 +55,40 @@ def holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
         yield
 
 
-def _wait(held: IO[str], lock: int, path: Path) -> None:
-    """Take a lock; if that takes long, say so."""
+@contextmanager
+def _waited(held: IO[str], path: Path, *, alone: bool) -> Iterator[None]:
+    """A lock while the body runs; if it takes long to get, that is said."""
     patience = time.monotonic() + PATIENCE_S
-    while time.monotonic() < patience:
-        with suppress(BlockingIOError):
-            fcntl.flock(held, lock | fcntl.LOCK_NB)
-            return
-        time.sleep(_POLL_S)
-    _log.warning("%s: waiting until another command lets go of it", path.parent)
-    fcntl.flock(held, lock)
+    with ExitStack() as stack:
+        while True:
+            late = time.monotonic() >= patience
+            if late:
+                _log.warning("%s: waiting until another command lets go of it", path.parent)
+            try:
+                stack.enter_context(locked(held, alone=alone, wait=late))
+                break
+            except BlockingIOError:
+                time.sleep(_POLL_S)
+        yield
 
 
-def take(stream: BinaryIO) -> None:
-    """Hold an open file against every other process until it is closed.
+@contextmanager
+def taken(stream: BinaryIO) -> Iterator[None]:
+    """Hold an open file against every other process while the body runs.
 
     Raises:
         BlockingIOError: if somebody has it, or has removed it since it was opened.
     """
-    fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    if not os.fstat(stream.fileno()).st_nlink:
-        raise BlockingIOError
+    with locked(stream, alone=True):
+        if not os.fstat(stream.fileno()).st_nlink:
+            raise BlockingIOError
+        yield
 
 
 def free(path: Path) -> bool:
-    """True if a file is there and no process holds it."""
+    """Whether a file is there and no process holds it."""
     try:
-        with path.open("rb") as held:
-            fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        with path.open("rb") as held, locked(held, alone=False):
+            return True
     except (BlockingIOError, FileNotFoundError):
         return False
-    return True

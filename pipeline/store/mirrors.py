@@ -9,7 +9,6 @@ on this machine only: between machines the conditions of :meth:`Mirror.swap` and
 from __future__ import annotations
 
 import atexit
-import fcntl
 import json
 import logging
 import os
@@ -143,7 +142,7 @@ class Mirror:
         Raises:
             BucketFailed: if the bucket cannot be reached; the copy is as it was, and may be read.
         """
-        with holding(self.folder / ".sync", fcntl.LOCK_EX):
+        with holding(self.folder / ".sync", alone=True):
             last = self.synced()
             begun = time.time()
             if last is not None and 0 <= begun - last < within:
@@ -157,7 +156,7 @@ class Mirror:
                       if _RECORD.fullmatch(key) and (key not in rows or key in older)
                       and (rows.get(key, ("", 0))[0] != entry.tag or not (self.folder / key).exists())]
             fetched = dict(self.bucket.get_all(wanted))
-            with holding(self.folder / ".commits", fcntl.LOCK_SH):  # those who want one moment wait
+            with holding(self.folder / ".commits", alone=False):  # those who want one moment wait
                 # manifests last: their versions' folders are there with them
                 for key in sorted(wanted, key=lambda key: key.endswith("/manifest.json")):
                     found = fetched[key]

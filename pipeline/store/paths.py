@@ -91,15 +91,6 @@ def remove(path: Path) -> None:
         raise unwritable(path, error) from error
 
 
-def sync(path: Path, flags: int) -> None:
-    """Make a file's bytes, or a folder's renames, survive a power cut."""
-    descriptor = os.open(path, flags)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def safe(name: str) -> str:
     """The name, if it may become part of a path.
 

@@ -12,9 +12,12 @@ from hashlib import sha256
 from pathlib import Path
 from platform import node
 
+from pitchlore.pipeline.base.system import alive
+
 #: Name of a temporary: its maker's machine (earlier versions did not say it), process, and a random part.
 _OWNER = re.compile(r"\.(?:([0-9a-f]{8})\.)?(\d+)-[0-9a-f]+\.(?:tmp|tmp\.wal|staging)$")
-#: Temporaries of another machine are removed when they are so old, seconds: no write takes as long.
+#: Temporaries of another machine, or where the system does not tell who lives, are removed when they are so
+#: old, seconds: no write takes as long.
 _OLD_S = 24 * 3600.0
 #: Depth of the folders that have some.
 _DEPTH = 3
@@ -73,18 +76,10 @@ def _hidden(folder: Path | str, depth: int) -> Iterator[os.DirEntry[str]]:
 
 def _is_dead(entry: os.DirEntry[str], where: str, pid: int) -> bool:
     """True if nobody writes a temporary any more."""
-    if where == machine():
-        return not alive(pid)
+    known = alive(pid) if where == machine() else None
+    if known is not None:
+        return not known
     try:
         return time.time() - entry.stat(follow_symlinks=False).st_mtime > _OLD_S
     except OSError:
         return False
-
-
-def alive(pid: int) -> bool:
-    """True if there is a process of a number on this machine."""
-    try:
-        os.kill(pid, 0)
-    except OSError as error:
-        return isinstance(error, PermissionError)
-    return True

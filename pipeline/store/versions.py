@@ -10,10 +10,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
+from pitchlore.pipeline.base.system import sync_folder
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.mirrors import Mirror, key_of
-from pitchlore.pipeline.store.paths import listed, sync
+from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, software
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
@@ -128,7 +129,7 @@ class Versions(Reading):
                 if self.mirror is not None:
                     self._publish(self.mirror, final, dict(written.values()), sealed(manifest))
                 os.rename(staging, final)  # noqa: PTH104 (the tests make os.rename fail)
-                sync(final.parent, os.O_RDONLY | os.O_DIRECTORY)
+                sync_folder(final.parent)
             finally:
                 shutil.rmtree(staging, ignore_errors=True)
         except OSError as error:

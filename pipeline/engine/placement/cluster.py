@@ -7,7 +7,6 @@ is done", has what was measured).
 
 from __future__ import annotations
 
-import fcntl
 import logging
 import os
 import time
@@ -23,6 +22,7 @@ from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
+from pitchlore.pipeline.base.system import locked
 from pitchlore.pipeline.engine.placement.crew import Crew, polars_threads
 from pitchlore.pipeline.engine.placement.identity import difference, identity
 from pitchlore.pipeline.store.buckets import Bucket
@@ -181,14 +181,14 @@ def _check(client: Client, place: Path | Mirror, where: str) -> None:
         if isinstance(answer, Exception):
             raise ClusterFailed(f"cannot work ({type(answer).__name__}: {answer})", where=said,
                                 next_step="Install this version of Pitchlore where the worker runs")
-        theirs, seen, locked = answer
+        theirs, seen, held = answer
         if (other := difference(theirs, identity())) is not None:
             raise ClusterFailed("has other code ({} {}, here {})".format(*other), where=said, next_step=(
                 "Install the same version of Pitchlore and its packages there, and start the worker again"))
         if seen != wanted:
             raise ClusterFailed(f"does not see the data folder {root}", where=said, next_step=(
                 "Mount it there under the same path, or take a bucket; workers need its credentials"))
-        if not locked:
+        if not held:
             raise ClusterFailed(f"does not respect the locks of {root}", where=said, next_step=(
                 "Mount the disk there so that flock works between machines, or take a bucket"))
 
@@ -213,8 +213,8 @@ def _in_folder(root: Path, wanted: bytes) -> Iterator[tuple[Any, ...]]:
         with token.open("wb") as held:
             held.write(wanted)
             held.flush()
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            yield _look, str(token.resolve())
+            with locked(held, alone=True):
+                yield _look, str(token.resolve())
     finally:
         token.unlink(missing_ok=True)
 
@@ -240,13 +240,12 @@ def _look_into(url: str, key: str) -> tuple[dict[str, str], bytes | None, bool]:
 
 def _look(token: str) -> tuple[dict[str, str], bytes | None, bool]:
     """The answer of a worker: its code, what it sees in a file, and whether that is locked for it."""
-    seen, locked = None, True
+    seen, held = None, True
     with suppress(OSError), open(token, "rb") as file:  # noqa: PTH123 (a path of another machine is a text)
         seen = file.read()
-        with suppress(BlockingIOError):
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            locked = False
-    return identity(), seen, locked
+        with suppress(BlockingIOError), locked(file, alone=False):
+            held = False
+    return identity(), seen, held
 
 
 def _call(

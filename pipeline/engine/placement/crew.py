@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from contextvars import ContextVar
 from pathlib import Path
 from typing import ParamSpec, Protocol, TypeVar
+
+from pitchlore.pipeline.base.system import cores
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -60,11 +61,6 @@ class Here:
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
         """Do a piece of work."""
         return work(*arguments, **named)
-
-
-def cores() -> int:
-    """Number of processes that can work at once on this machine."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def polars_threads(processes: int) -> str:

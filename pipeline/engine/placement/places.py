@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.engine.placement.crew import Crew, Here, cores, crew
+from pitchlore.pipeline.base.system import cores
+from pitchlore.pipeline.engine.placement.crew import Crew, Here, crew
 from pitchlore.pipeline.engine.placement.processes import Processes
 from pitchlore.pipeline.settings import PLACE
 
