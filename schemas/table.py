@@ -110,6 +110,17 @@ def unit(name: str) -> dict[str, Any]:
     return {"unit": name}
 
 
+def named(codes: pl.Series, dtype: pl.DataType) -> pl.Series:
+    """The names of codes, as a column of names has them.
+
+    Args:
+        codes: places in the names; null becomes null.
+        dtype: of the column, an Enum.
+    """
+    assert isinstance(dtype, pl.Enum)
+    return dtype.categories.gather(codes).cast(dtype)  # polars 2 alone makes names of codes in one step
+
+
 def match_id() -> dy.String:
     """The identity of a match: ``<slug>-<12 hex digits>``."""
     return dy.String(

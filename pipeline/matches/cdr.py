@@ -19,6 +19,7 @@ from pitchlore.schemas import ROLES, SIDES, Commands, Decisions, Referee
 from pitchlore.schemas.commands import COMMANDS
 from pitchlore.schemas.decisions import ENDS
 from pitchlore.schemas.matches import EVENTS
+from pitchlore.schemas.table import named
 
 #: The bytes 00 01 00 00: plain CDR, little-endian, no options.
 LITTLE_ENDIAN_CDR = 0x0000_0100
@@ -182,7 +183,7 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     codes = {"team": kept["team"], "role": kept["role"], "ends": kept["ends"] - np.uint8(1)}  # goes on: 255
     columns = {
         **{name: kept[name] for name in ("end_ns", "state", "reward", "value", "episode", "robot")},
-        **{name: pl.Series(code).replace(255, None).cat.to(dtypes[name]) for name, code in codes.items()},
+        **{name: named(pl.Series(code).replace(255, None), dtypes[name]) for name, code in codes.items()},
         "t_ns": kept["log_time"],
         "random": kept["random"].astype(np.bool_),
         "chosen": np.ones(len(kept), dtype=np.bool_),
@@ -220,7 +221,7 @@ def unpack_commands(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     dtypes = {name: dtype for name, dtype in Commands.dtypes().items() if name != "match_id"}
     columns = {
         **{name: rows[name] for name in ("count", "robot")},
-        **{name: pl.Series(rows[name]).cat.to(dtypes[name]) for name in ("team", "command")},
+        **{name: named(pl.Series(rows[name]), dtypes[name]) for name in ("team", "command")},
         "t_ns": t_ns,
     }
     return pl.DataFrame(columns, schema_overrides=dtypes), mask

@@ -18,6 +18,7 @@ from pitchlore.pipeline.matches.frame import Frames, wrap
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 from pitchlore.schemas import Commands
 from pitchlore.schemas.commands import COMMANDS
+from pitchlore.schemas.table import named
 
 #: Bit of a player's state: it is on the pitch.
 _STANDS = 0x1
@@ -105,10 +106,10 @@ def commands_of(record: ParsedLines, players: Players, t_ns: I64, match_id: str)
     row, place = np.nonzero(rises)
     dtypes = Commands.dtypes()
     table = pl.DataFrame({
-        "team": pl.Series(robot[row + 1] // 100, dtype=pl.UInt8).cat.to(dtypes["team"]),
+        "team": named(pl.Series(robot[row + 1] // 100, dtype=pl.UInt8), dtypes["team"]),
         "robot": robot[row + 1] % 100,
         "t_ns": t_ns[line[row + 1]],
-        "command": pl.Series(place, dtype=pl.UInt8).cat.to(dtypes["command"]),
+        "command": named(pl.Series(place, dtype=pl.UInt8), dtypes["command"]),
         "count": rises[row, place],
     })
     return Commands.validate(table.select(pl.lit(match_id).alias("match_id"), pl.all()), cast=True)
