@@ -5,8 +5,6 @@ from __future__ import annotations
 import pytest
 from support.shown import FOLDERS, WIDTH, Folder, commands, pages, picked, shown, standing, there
 
-pytestmark = pytest.mark.usefixtures("prefect_server")
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FOLDERS)
