@@ -5,14 +5,33 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import signal
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from subprocess import CompletedProcess
 
+import ball_goals.study
+import fuzz.study
 import harness
 import polars as pl
 import pytest
+import scale.growth
+import scale.study
+import sensitivity.study
+import soak.league
+import soak.study
+import transfer.study
+import usual.study
+import values.shipped
+import values.study
 from conftest import ROOT
 from scout import expected_goals, teams_apart
+from support.played import SEASON
 from world import game, rules, thousand
+
+from pitchlore.pipeline.engine import games as loop
+from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.settings import ModelSettings
 
 STUDIES = ROOT / "data" / "studies"
 
@@ -23,6 +42,12 @@ def at_once(monkeypatch):
     monkeypatch.setattr(harness, "ProcessPoolExecutor", lambda number, _context: ThreadPoolExecutor(number))
 
 
+def same_columns(made, study, *names):
+    """Tables that were made have the columns of those that are kept."""
+    for name in names:
+        assert pl.read_csv(made / name).columns == pl.read_csv(STUDIES / study / name).columns
+
+
 @pytest.fixture
 def commands_here(monkeypatch, call, prefect_server):
     """Commands of studies are called in this process: others take seconds to start."""
@@ -30,8 +55,19 @@ def commands_here(monkeypatch, call, prefect_server):
         code, _, said = call(*words)
         assert code == 0, said
 
+    def answer(bench, *words):
+        code, said, error = call(*words, "--data", bench.data)
+        assert code == 0, error
+        return CompletedProcess(words, code, said, error)
+
+    def settle(league, data=None):
+        command("import", *league.recordings, "--data", data or league.data)
+        command("run", "--data", data or league.data)
+
     for study in (teams_apart, expected_goals):
         monkeypatch.setattr(study, "command", command)
+    monkeypatch.setattr(soak.league.League, "settle", settle)
+    monkeypatch.setattr(scale.study.Bench, "call", answer)
 
 
 class TestParts:
@@ -69,8 +105,9 @@ class TestParts:
 
 
 def test_the_makefile_names_every_study():
-    """Each file of a study that runs as one is a target's, and each that a target calls is there."""
-    called = set(re.findall(r"\$\(BIN\)/python data/studies/(\S+\.py)", (ROOT / "Makefile").read_text()))
+    """Each file of a study that is run is called by a target or a page, and each that is called is there."""
+    pages = (ROOT / "Makefile", ROOT / "docs" / "explanation" / "scale.md")
+    called = {path for page in pages for path in re.findall(r"/python data/studies/(\S+\.py)", page.read_text())}
     runs = {str(path.relative_to(STUDIES)) for path in STUDIES.rglob("*.py") if '__name__ == "__main__"' in path.read_text()}
     assert called == runs
 
@@ -122,3 +159,118 @@ def test_the_scouts(tmp_path, monkeypatch, commands_here):
     for name in ("teams", "xg", "xg-calibration"):
         assert pl.read_csv(tmp_path / f"{name}.csv").columns == pl.read_csv(STUDIES / "scout" / f"{name}.csv").columns
     assert set(pl.read_csv(tmp_path / "xg.csv")["game"]) >= {"five teams against static", harness.RSIM}
+
+
+@pytest.mark.slow
+def test_ball_goals(tmp_path, monkeypatch):
+    """The sample's rows are those that are kept; a match that is played has rows, too."""
+    monkeypatch.setattr(ball_goals.study, "SECONDS", 20.0)
+    monkeypatch.setattr(ball_goals.study, "PAIRINGS", [("static", "random")])
+    ball_goals.study.main(tmp_path, tmp_path, seeds=[1])
+    found, there = (pl.read_csv(folder / "found.csv") for folder in (tmp_path, STUDIES / "ball_goals"))
+    sample = pl.col("game") == "rc-robosim VSSS"
+    assert found.filter(sample).equals(there.filter(sample))
+    assert set(found["game"]) == {"rc-robosim VSSS", "played here"}
+    same_columns(tmp_path, "ball_goals", "kinds.csv")
+
+
+@pytest.mark.slow
+def test_values(tmp_path, monkeypatch):
+    """A pairing with goals enough for both halves, and the sample; then the model that is shipped."""
+    study = values.study
+    for name, value in (("PAIRINGS", [("static", "random")]), ("SECONDS", 120.0), ("RESAMPLES", 5), ("_DEALS", 2)):
+        monkeypatch.setattr(study, name, value)
+    monkeypatch.setattr(study, "ModelSettings", lambda: ModelSettings(trees=5))
+    study.main(tmp_path, tmp_path, matches=2)
+    assert pl.read_csv(tmp_path / "models.csv")["game"].to_list() == ["static - random", harness.RSIM]
+    same_columns(tmp_path, "values", "calibration.csv", "halves.csv", "increment.csv")
+    assert set(pl.read_csv(STUDIES / "values" / "models.csv").columns) >= set(pl.read_csv(tmp_path / "models.csv").columns)
+    monkeypatch.setattr(values.shipped, "_PAIRINGS", study.PAIRINGS)
+    values.shipped.main(tmp_path / "shipped.json", matches=2)
+    made, there = (json.loads(path.read_text()) for path in (tmp_path / "shipped.json", ROOT / "pipeline/values/shipped.json"))
+    assert made.keys() == there.keys()
+
+
+@pytest.mark.slow
+def test_usual(tmp_path, monkeypatch):
+    """Kinds with a recording that is absent stay; the sample gives its kind's rates again."""
+    monkeypatch.setattr(usual.study, "THERE", False)
+    there = ROOT / "pipeline" / "situations" / "usual.json"
+    shutil.copy(there, tmp_path)
+    usual.study.main(tmp_path / "usual.json", tmp_path)
+    assert json.loads((tmp_path / "usual.json").read_text()) == json.loads(there.read_text())
+
+
+@pytest.mark.slow
+def test_scale(tmp_path, monkeypatch, commands_here):
+    """Both studies of scale."""
+    monkeypatch.setattr(scale.study, "QUESTIONS", {"one": "select count(*) from matches"})
+    for study in (scale.study, scale.growth):
+        monkeypatch.setattr(study, "PLAYING", (*study.PLAYING[:-1], 0.2))
+    scale.study.main(tmp_path, [1])
+    scale.growth.main(tmp_path, [2])
+    same_columns(tmp_path, "scale", "scale.csv", "growth.csv")
+    assert pl.read_csv(tmp_path / "scale.csv")["matches"].to_list() == [1, 1, 1, 2, 3, 3]
+    assert pl.read_csv(tmp_path / "growth.csv")["distinct"][0] > 0
+
+
+@pytest.mark.slow
+def test_sensitivity(tmp_path):
+    for name in ("paper", "paper-vary-lead-small"):
+        own = Season(name=name, opponent="static", seed=1, settings=parse(SEASON, where="here"))
+        loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
+    sensitivity.study.main(tmp_path, tmp_path)
+    same_columns(tmp_path, "sensitivity", "sensitivity.csv")
+    assert "| paper-vary-lead-small" in (tmp_path / "README.md").read_text()
+
+
+#: A simulator in which bodies stay where they are placed.
+STILL = """
+import json, sys
+state = [0.0] * 41
+print(json.dumps({}), flush=True)
+for line in sys.stdin:
+    asked = json.loads(line)
+    if "place" in asked:
+        ball, *teams = asked["place"]
+        state = [*ball[:2], 0.0, *ball[2:], *(x for team in teams for robot in team for x in (*robot, 0.0, 0.0, 0.0))]
+    print(json.dumps(state), flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_transfer(tmp_path, monkeypatch):
+    """Controls play in our arena and in another, in which nobody scores; rows of what is not played stay."""
+    study, still = transfer.study, tmp_path / "still.py"
+    still.write_text(STILL)
+    monkeypatch.setattr(study, "SERVERS", {"still": (still,), "absent": (still,)})
+    monkeypatch.setattr(study, "HOW", study.HOW | {"referee": study.RefereeSettings(duration_s=10.0)})
+    shutil.copy(STUDIES / "transfer" / "transfer.csv", tmp_path)
+    study.main(tmp_path, [sys.executable, "-"], tmp_path / "data", [], seeds=range(2))
+    found, there = (pl.read_csv(folder / "transfer.csv") for folder in (tmp_path, STUDIES / "transfer"))
+    assert found.filter(simulator="still")["difference"].to_list() == [0.0, 0.0]
+    assert found.filter(simulator="our arena", team="random")["difference"][0] < 0
+    assert found.filter(simulator="rSim 1.2").equals(there.filter(simulator="rSim 1.2"))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # they are no findings
+def test_fuzz(tmp_path):
+    before = signal.getsignal(signal.SIGALRM)
+    try:
+        assert fuzz.study.main(tmp_path, 2.0, 1) == 0
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    same_columns(tmp_path, "fuzz", "fuzz.csv")
+
+
+@pytest.mark.slow
+def test_soak(tmp_path, monkeypatch, commands_here):
+    """Five seconds of everything, in processes of their own; before and after, what a quiet run makes is made here."""
+    monkeypatch.setattr(soak.league, "STARTS_S", (0, 25))
+    (out := tmp_path / "out").mkdir()
+    assert soak.study.main(tmp_path, out, 5.0, 1) == 0
+    same_columns(out, "soak", "samples.csv")
+    told, there = (json.loads((folder / "figures.json").read_text()) for folder in (out, STUDIES / "soak"))
+    assert told.keys() == there.keys()
+    assert told["of these different"] == 0

@@ -175,13 +175,15 @@ def main(out: Path, seconds: float, seed: int) -> int:
             found += 1
             (out / f"found-{seed}-{found}-{Path(name).name}").write_bytes(data)
             print(f"{name} {breaking.__name__}: {said}", flush=True)
-    rows = [
-        {"format": form, "broken by": how, "outcome": said, "inputs": n}
-        for (form, how, said), n in sorted(counts.items())
-    ]
-    pl.DataFrame(rows).pivot(
+    rows = [{"format": form, "broken by": how, "outcome": said, "inputs": n}
+            for (form, how, said), n in sorted(counts.items())]
+    table = pl.DataFrame(rows).pivot(
         "outcome", index=["format", "broken by"], values="inputs", aggregate_function="sum"
-    ).fill_null(0).sort("format", "broken by").write_csv(out / "fuzz.csv")
+    )
+    outcomes = sorted(set(table.columns) - {"format", "broken by"})
+    table.select("format", "broken by", pl.col(outcomes).fill_null(0)).sort("format", "broken by").write_csv(
+        out / "fuzz.csv"
+    )
     print(f"{sum(counts.values())} inputs in {seconds:.0f} s, {found} findings")
     return found
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import polars as pl
 from harness import going_on
-from scale.study import Bench, Cost
+from scale.study import PLAYING, Bench, Cost
 
 from pitchlore.pipeline.engine.stage import ALL
 from pitchlore.pipeline.store import Store
@@ -87,12 +87,11 @@ class Growth(NamedTuple):
 
 def measure(matches: int) -> Growth:
     """The size of a league of so many matches."""
-    playing = ("record", "--away", "human-like", "--minutes", 1)
     with tempfile.TemporaryDirectory(prefix="pitchlore-growth-") as root:
         bench = Bench(Path(root))
-        bench.call(*playing, "--matches", matches - 1)
+        bench.call(*PLAYING, "--matches", matches - 1)
         begun = bench.cost(matches - 1, "run from nothing", "run")
-        bench.call(*playing, "--seed", 1_000_001)
+        bench.call(*PLAYING, "--seed", 1_000_001)
         more = bench.cost(matches, "one more", "run")
         return _look(bench, matches, begun, more)
 

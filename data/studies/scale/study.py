@@ -25,6 +25,8 @@ import polars as pl
 from harness import PITCHLORE, going_on
 
 SIZES = (10, 100, 1_000)
+#: The command that plays the league's matches.
+PLAYING = ("record", "--away", "human-like", "--minutes", 1)
 #: README's question, and three of docs/how-to/sql.md's kinds: over situations, over samples, over matches.
 QUESTIONS = {
     "goals after situations": """
@@ -170,14 +172,14 @@ def _shares() -> list[float]:
 def measure(matches: int) -> list[Cost]:
     """The costs of a league of so many matches, command by command."""
     with tempfile.TemporaryDirectory(prefix="pitchlore-scale-") as root:
-        bench, playing = Bench(Path(root)), ("record", "--away", "human-like", "--minutes", 1)
-        found = [bench.cost(matches, "record", *playing, "--matches", matches),
+        bench = Bench(Path(root))
+        found = [bench.cost(matches, "record", *PLAYING, "--matches", matches),
                  bench.cost(matches, "run from nothing", "run"), bench.cost(matches, "nothing new", "run")]
-        bench.call(*playing, "--seed", 1_000_001)
+        bench.call(*PLAYING, "--seed", 1_000_001)
         found.append(bench.cost(matches + 1, "one more", "run"))
         bench.call("server", "start")
         try:
-            bench.call(*playing, "--seed", 1_000_002)
+            bench.call(*PLAYING, "--seed", 1_000_002)
             found.append(bench.cost(matches + 2, "one more, with a server", "run"))
         finally:
             bench.call("server", "stop")

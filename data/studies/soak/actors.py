@@ -89,7 +89,8 @@ class Soak:
         self.samples: list[Sample] = []
         self._seed, self._stop, self._lock = seed, Event(), Lock()
         self._killed: set[int] = set()
-        self._begun, self._log = time.monotonic(), log.open("w", buffering=1)
+        self._begun, self._log = time.monotonic(), log
+        log.write_text("")
         self._serve: subprocess.Popen[bytes] | None = None
         self._notebook: subprocess.Popen[str] | None = None
 
@@ -126,7 +127,8 @@ class Soak:
         with self._lock:
             self.counts[kind] += 1
             if text:
-                self._log.write(f"{time.monotonic() - self._begun:7.1f} {kind}: {text}\n")
+                with self._log.open("a") as log:
+                    log.write(f"{time.monotonic() - self._begun:7.1f} {kind}: {text}\n")
 
     def find(self, what: str) -> None:
         """Write down what must not be."""
@@ -320,6 +322,8 @@ class Soak:
         """A notebook asks without pause; it is opened again when it is killed."""
         if self._notebook is None or self._notebook.poll() is not None:
             self.note("notebooks opened")
+            if self._notebook is not None:
+                self._end(self._notebook, signal.SIGTERM)
             self._notebook = subprocess.Popen(  # noqa: S603 (our own)
                 [sys.executable, "-c", NOTEBOOK, str(self.league.data / "catalog.duckdb")],
                 env=self.league.environment, stdout=subprocess.PIPE, text=True)
@@ -378,6 +382,8 @@ class Soak:
         except subprocess.TimeoutExpired:
             self.find(f"{process.args!r} does not end in {END_S:.0f} s")
             process.kill()
+        if process.stdout is not None:
+            process.stdout.close()
 
 
 def _mib(folder: Path, pattern: str) -> float:

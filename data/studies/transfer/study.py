@@ -67,9 +67,7 @@ class TheirArena:
 
     def close(self) -> None:
         """End the simulator."""
-        assert self._server.stdin is not None
-        self._server.stdin.close()
-        self._server.wait()
+        self._server.communicate()
 
     def _ask(self, what: dict[str, object]) -> None:
         assert self._server.stdin is not None

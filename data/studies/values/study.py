@@ -16,6 +16,7 @@ import polars as pl
 from harness import elsewhere, going_on, logged, recordings, workers
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss, roc_auc_score
+from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -362,8 +363,9 @@ def _asked(
     ]
     (ball, extra, scores, _), (ball_k, extra_k, scores_k, match) = (
         tuple(np.concatenate([part[i] for part in half]) for i in range(4)) for half in tables)
-    plain = LogisticRegression(max_iter=1000).fit(ball, scores)  # type: ignore[no-untyped-call]
-    full = LogisticRegression(max_iter=1000).fit(np.c_[ball, extra], scores)  # type: ignore[no-untyped-call]
+    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+        plain, full = (LogisticRegression(max_iter=1000).fit(table, scores)  # type: ignore[no-untyped-call]
+                       for table in (ball, np.c_[ball, extra]))
     return (plain.predict_proba(ball_k)[:, 1], full.predict_proba(np.c_[ball_k, extra_k])[:, 1], scores_k,
             match + 1000 * k)
 
