@@ -11,7 +11,11 @@ from urllib.parse import unquote
 
 import pytest
 from conftest import ROOT
+from cyclopts import CycloptsError, MissingArgumentError
 from support.pages import tracked
+from support.shown import commands, fences
+
+from pitchlore.flows.cli import command_line
 
 LINK = re.compile(r"\[[^\]]*\]\((?!https?:|mailto:)([^)\s]*)\)")
 HEADING = re.compile(r"^(#+) (.+?)(?: \{ #([\w-]+) \})?$")
@@ -108,3 +112,53 @@ def test_decisions_subjects():
     site = (ROOT / "zensical.toml").read_text(encoding="utf-8")
     assert [page.name for page in SUBJECTS if f"](docs/decisions/{page.name})\n" not in index] == []
     assert [page.name for page in SUBJECTS if f'"decisions/{page.name}"' not in site] == []
+
+
+CODE = re.compile(r"(?<!`)`(pitchlore [^`]+)`(?!`)")
+#: Words that stand for others.
+STAND_IN = re.compile(r"[A-Z]{2,}|.*…|\[.*")
+
+
+def command_lines(page: Path) -> Iterator[tuple[int, tuple[str, ...]]]:
+    """Lines and words of all commands of ours that a page shows: in fences, indented, and in running text."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    outside = set(range(len(lines)))
+    for fence in fences(lines):
+        outside -= set(range(fence.start - 1, fence.end + 1))
+        if fence.language == "console":
+            yield from ((fence.start, words) for words in commands("console", "\n".join(lines[fence.start:fence.end])))
+    for number in sorted(outside):
+        given = [lines[number].strip()] if lines[number].startswith("    pitchlore ") else CODE.findall(lines[number])
+        yield from ((number + 1, words) for one in given for words in commands("console", one))
+
+
+def refused(page: Path, root: Path = ROOT) -> list[str]:
+    """Command lines of a page that the command line refuses; a mention may leave out an argument."""
+    app, out = command_line(), []
+    for line, words in command_lines(page):
+        given = [word for i, word in enumerate(words) if "=" not in word or "pitchlore" in words[:i]]
+        if given[:1] != ["pitchlore"] or any(STAND_IN.fullmatch(word) for word in given):
+            continue
+        try:
+            app.parse_args(given[1:], exit_on_error=False, print_error=False)
+        except MissingArgumentError:
+            continue
+        except CycloptsError as why:
+            out.append(f"{page.relative_to(root)}:{line}: {' '.join(str(why).split())}")
+    return out
+
+
+def test_command_lines():
+    """The command line takes every command that a page shows."""
+    pages = [page for page in tracked("*.md") if page.name != "CHANGELOG.md"]
+    assert sum(1 for page in pages for _ in command_lines(page)) > 150
+    lost = [line for page in pages for line in refused(page)]
+    assert not lost, "\n".join(["", *lost])
+
+
+def test_command_lines_notice(tmp_path):
+    """A command that is gone, an option that is gone, in each place where pages have commands."""
+    page = tmp_path / "a.md"
+    page.write_text("Call `pitchlore run --wrong`, or `pitchlore watch` with a league.\n\n    pitchlore scowt\n\n"
+                    "```console\nNAME=1 pitchlore runs --last two\npitchlore export MATCH --to csv\n```\n", encoding="utf-8")
+    assert [line.split(": ")[0] for line in refused(page, tmp_path)] == ["a.md:5", "a.md:1", "a.md:3"]
