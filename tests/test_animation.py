@@ -8,12 +8,13 @@ import math
 import polars as pl
 import pytest
 from PIL import Image
+from support.handmade import handmade
 from test_replay import match, situations, trajectories
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.views.replay.animation import animation
-from pitchlore.schemas import Referee, Situations
+from pitchlore.schemas import Referee
 
 pytestmark = pytest.mark.slow
 
@@ -31,9 +32,9 @@ def played(ms=range(0, 2000, 20), ball=lambda t: (0.2 * t, 0.0), blue=lambda t: 
 
 
 def film(rows=None, doing=None, referee=None, *, kind=Kind.VSSS, start_s=0.0, seconds=2.0, length=2.0):
-    return animation(match(score_home=0, score_away=0, duration_s=length), played() if rows is None else rows,
-                     Situations.empty() if doing is None else doing, Referee.empty() if referee is None else referee,
-                     PITCHES[kind], start_s=start_s, seconds=seconds)
+    shown = handmade(PITCHES[kind], matches=match(score_home=0, score_away=0, duration_s=length),
+                  trajectories=played() if rows is None else rows, situations=doing, referee=referee)
+    return animation(shown, start_s=start_s, seconds=seconds)
 
 
 def pictures(gif):

@@ -245,7 +245,7 @@ def store(tmp_path_factory):
     weights = np.array([[-2.0, -2.0, 0.2, 0.5, -0.5, 0.3]])
     models = ShotModels((), weights, np.array([123]), np.array([1456]))
     for match in list(played(own)):
-        shots = own.read_table(match.made["events"], "shots", Shots)
+        shots = match.shots
         table = chances(match.name, shots, match.pitch, models, ChanceSettings())
         work = STAGES["chances"].work(match.name, ChanceSettings(), {})
         if match.home.name == "blue" and match.away.name == "yellow":
@@ -259,13 +259,13 @@ def test_through_the_stages(store, tmp_path):
     own = Store(tmp_path / "data")
     STAGES.make(own, Settings(chances=ChanceSettings(goals_at_least=1)), scope_of(own))
     matches = list(played(own))
-    tables = {match.name: (match.tables(own).shots, match.pitch) for match in matches}
+    tables = {match.name: (match.shots, match.pitch) for match in matches}
     models, report = fit(tables, Settings().models.penalty)
     receipt = own.receipt("models", "all")
     assert receipt.details["shots"] == {"vsss": json.loads(json.dumps(report))}
     known = 0
     for match in matches:
-        found = match.tables(own).chances
+        found = match.chances
         assert found.equals(chances(match.name, *tables[match.name], models, ChanceSettings(goals_at_least=1)))
         (goals,) = found["goals"].unique()
         assert goals == sum((shots["outcome"] == "goal").sum() for name, (shots, _) in tables.items() if name != match.name)
@@ -279,9 +279,9 @@ def test_on_the_pages(store, tmp_path):
     write(store, tmp_path)
     told = 0
     for match in played(store):
-        tables, page = match.tables(store), (tmp_path / "matches" / f"{match.name}.html").read_text()
-        numbers = line(match, tables, kept(match, tables))["numbers"]
-        if tables.chances["xg"].null_count():
+        page = (tmp_path / "matches" / f"{match.name}.html").read_text()
+        numbers = line(match, kept(match))["numbers"]
+        if match.chances["xg"].null_count():
             assert "At least 30 goals, and a shot that fails, are needed." in page
             assert {each["xg"] for each in numbers.values()} == {None}
             assert ", xG " not in page
@@ -290,10 +290,10 @@ def test_on_the_pages(store, tmp_path):
         told += 1
         assert "1,456 shots and 123 goals" in page
         for side, each in numbers.items():
-            own = tables.chances.filter(pl.col("team") == side)["xg"].sum()
+            own = match.chances.filter(pl.col("team") == side)["xg"].sum()
             assert each["xg"] == pytest.approx(own)
             assert f"<td>{own:.2f}<td>" in page
-        for xg in tables.chances["xg"]:
+        for xg in match.chances["xg"]:
             assert f", xG {xg:.2f}" in page
             assert f"<td>{xg:.2f}<td>" in page
     assert told == 1
@@ -306,8 +306,8 @@ def test_page_is_anew(store, tmp_path):
     shutil.copytree(store.root, tmp_path / "data")
     own = Store(tmp_path / "data")
     write(own)
-    match = next(match for match in played(own) if match.tables(own).chances["xg"].null_count())
-    table = match.tables(own).chances
+    match = next(match for match in played(own) if match.chances["xg"].null_count())
+    table = match.chances
     work = STAGES["chances"].work(match.name, ChanceSettings(goals_at_least=20), {})
     own.commit(work, Made([(table, Chances)], details={"goals_at_least": 20}))
     assert write(own).new == 1
@@ -320,10 +320,9 @@ def test_page_is_anew(store, tmp_path):
 def test_shots_have_theirs(store):
     """Each shot is beside its own chance."""
     for match in played(store):
-        tables = match.tables(store)
-        both = with_chances(tables)
-        assert both.drop("xg").equals(tables.shots)
-        assert both["xg"].equals(tables.chances["xg"])
+        both = with_chances(match)
+        assert both.drop("xg").equals(match.shots)
+        assert both["xg"].equals(match.chances["xg"])
 
 
 def test_words(store):

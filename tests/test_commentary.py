@@ -8,6 +8,7 @@ import re
 import polars as pl
 import pytest
 from golden.cases import _log
+from support.handmade import handmade
 from support.logs import referee_rows
 from support.scenes import film, goes, stands
 
@@ -58,8 +59,11 @@ def events_of(bodies, referee=None):
 
 def tell(bodies, *, seconds=4.0, events=(), goals=(), situations=(), match=None, **changes):
     seen, referee = film(bodies, seconds, roles=ROLES_), referee_rows(*events)
-    return commentary(about() if match is None else match, referee, scored(*goals), done(*situations), seen,
-                      *events_of(seen, referee), VSSS, CommentarySettings(**changes))
+    held, passed, shot = events_of(seen, referee)
+    return commentary(handmade(
+        VSSS, matches=about() if match is None else match, referee=referee, goals=scored(*goals),
+        situations=done(*situations), trajectories=seen, possession=held, passes=passed, shots=shot,
+    ), CommentarySettings(**changes))
 
 
 def of_kind(told, *kinds):
@@ -260,13 +264,16 @@ def recorded():
     bodies, _ = trajectories(log, settings.trajectories)
     found = recognise(bodies, log.info.pitch, settings.situations)
     goals = attribute(log.referee, bodies, found, log.info.pitch, settings.goals)
-    return matches.row(log), log.referee, goals, found, bodies, *events_of(bodies, log.referee)
+    held, passed, shot = events_of(bodies, log.referee)
+    return {"matches": matches.row(log), "referee": log.referee, "goals": goals, "situations": found,
+            "trajectories": bodies, "possession": held, "passes": passed, "shots": shot}
 
 
 def test_recording():
     """Every goal and restart of a recording is told in order."""
-    match, referee, goals, *others = recorded()
-    told = commentary(match, referee, goals, *others, VSSS)
+    tables = recorded()
+    referee, goals = tables["referee"], tables["goals"]
+    told = commentary(handmade(VSSS, **tables))
     times = [moment.t_ns for moment in told.moments]
     assert times == sorted(times)
     assert [m.t_ns for m in told.moments if m.kind == "goal"] == goals["t_ns"].to_list()
@@ -290,7 +297,7 @@ def test_annulled_goal():
 
 def test_teams_swapped():
     """Teams swapped and the pitch turned, the commentary is the same: it names the teams."""
-    match, referee, goals, found, bodies, *tables = recorded()
+    tables = recorded()
     other = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})
 
     def swapped(table):
@@ -299,10 +306,12 @@ def test_teams_swapped():
             table = table.with_columns(score_home="score_away", score_away="score_home")
         return table
 
-    turned = swapped(bodies).with_columns(-pl.col("x"), -pl.col("y"))
-    mirrored = match.with_columns(home="away", away="home", score_home="score_away", score_away="score_home")
-    ours = commentary(match, referee, goals, found, bodies, *tables, VSSS)
-    theirs = commentary(mirrored, swapped(referee), swapped(goals), swapped(found), turned, *map(swapped, tables), VSSS)
+    other_way = {name: swapped(table) for name, table in tables.items() if name != "matches"}
+    turned = other_way["trajectories"].with_columns(-pl.col("x"), -pl.col("y"))
+    mirrored = tables["matches"].with_columns(
+        home="away", away="home", score_home="score_away", score_away="score_home")
+    ours = commentary(handmade(VSSS, **tables))
+    theirs = commentary(handmade(VSSS, **other_way | {"trajectories": turned, "matches": mirrored}))
     assert theirs.summary.home == ours.summary.away
     assert theirs.summary.away == ours.summary.home
 

@@ -357,8 +357,8 @@ class TestPictures:
 
 class TestErrors:
     @pytest.mark.parametrize(("make", "said"), [
-        (lambda: env("nobody"), "'nobody' is no opponent.*static, human-like, pressing, counter, random"),
-        (lambda: env("learned"), "is no opponent"),
+        (lambda: env("nobody"), "'nobody' is no team.*static, human-like, pressing, counter, random"),
+        (lambda: env("learned"), "is no team"),
         (lambda: env("constant:999"), "there is no action 999"),
         (lambda: env(side="left"), "no side 'left'.*home, away"),
         (lambda: env(actions="legs"), "actions: .*'wheels' or 'behaviours'"),

@@ -14,6 +14,7 @@ import polars as pl
 import pytest
 from mcap.reader import make_reader
 from support.football import NEEDS_KLOPPY
+from support.handmade import handmade
 from support.tracking import read
 
 from pitchlore.pipeline.base.errors import BadRecording
@@ -27,7 +28,7 @@ from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import Content
 from pitchlore.pipeline.views.exports.formats import FORMATS
-from pitchlore.schemas import Possession, Referee
+from pitchlore.schemas import Referee
 from pitchlore.schemas.restarts import RESTARTS
 
 #: The part of the sample that is exported, s.
@@ -43,8 +44,8 @@ def content() -> Content:
     match = replace(match, heights=Heights(match.frames.t_ns[100:101], np.float32([0.25])))
     bodies, _ = trajectories(match, TrajectorySettings())
     found = events(bodies, match.referee, match.info.pitch, EventSettings())
-    return Content(
-        match, bodies, recognise(bodies, match.info.pitch, SituationSettings()), found.possession)
+    done = recognise(bodies, match.info.pitch, SituationSettings())
+    return Content(handmade(log=match, trajectories=bodies, situations=done, possession=found.possession))
 
 
 def same_places(one: MatchLog, two: MatchLog, atol: float = 0.0) -> None:
@@ -82,7 +83,7 @@ def test_restarts_come_back() -> None:
     rows = [{"match_id": made.log.info.match_id, "t_ns": 500_000_000 * place, "event": "fault",
              "team": ("home", "away")[place % 2], "score_home": 0, "score_away": 0, "note": note}
             for place, note in enumerate(notes, start=1)]
-    made = replace(made, log=replace(made.log, referee=Referee.of(rows)))
+    made = Content(handmade(log=replace(made.log, referee=Referee.of(rows))))
     again = read(FORMATS["csv"].write(made)["csv"], TrackingMap.model_validate({
         "teams": {"home": made.log.info.home, "away": made.log.info.away}}))
 
@@ -100,8 +101,8 @@ def test_columns_of_a_table() -> None:
     table = tables.table(content())
     assert table.columns[:6] == ["frame", "t", "team", "player", "x", "y"]
     assert table["z"].drop_nulls().to_list() == [0.25]
-    assert "z" not in tables.table(replace(content(), log=replace(content().log, heights=Heights(
-        np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))))).columns
+    unknown = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
+    assert "z" not in tables.table(Content(handmade(log=replace(content().log, heights=unknown)))).columns
     first = table.unique("frame", keep="first", maintain_order=True)["game_state"]
     told = content().log.referee.filter(pl.col("t_ns") <= int(SECONDS * 1e9))
     words = Counter(word for state in first for word in state.split("+") if word not in ("play", "stop"))
@@ -179,7 +180,7 @@ def test_floodlight_loads_it(tmp_path: Path) -> None:
 def test_nobody_had_the_ball() -> None:
     """A form that has to say who had the ball is refused in one line where nobody ever had."""
     with pytest.raises(BadRecording, match="nobody ever had the ball"):
-        second_spectrum.files(replace(content(), possession=Possession.empty()))
+        second_spectrum.files(Content(handmade(log=content().log)))
 
 
 def test_foxglove() -> None:
@@ -215,7 +216,7 @@ def test_foxglove() -> None:
     assert counted["/pitch"] == 1
     # 40 s at no more than 25 Hz, of a recording at 40 Hz: every other sample
     assert counted["/bodies"] == counted["/tf"] == pytest.approx(SECONDS * 20, abs=2)
-    situations = content().situations
+    situations = content().match.situations
     assert counted["/log"] == situations.height + content().log.referee.height
     assert drawn["cylinders"] == drawn["arrows"] == 6 * counted["/bodies"]
     assert drawn["spheres"] == counted["/bodies"]
@@ -268,7 +269,7 @@ def test_rerun(tmp_path: Path) -> None:
         if not chunk.is_static:
             rows[chunk.entity_path] = pl.concat([
                 rows.get(chunk.entity_path, pl.DataFrame()), pl.DataFrame(chunk.to_record_batch())], how="diagonal")
-    frames, situations = content().log.frames, content().situations
+    frames, situations = content().log.frames, content().match.situations
     for team, side in enumerate(("home", "away")):
         for number in range(3):
             robots = frames.robots

@@ -23,9 +23,7 @@ from support.bounds import Reader
 from support.processes import pitchlore
 from support.recordings import same
 
-from pitchlore.flows.commands.commentary import told_of
 from pitchlore.flows.commands.printing import print_frame
-from pitchlore.flows.commands.replay import write_page
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.engine.catalog import refresh
@@ -35,7 +33,7 @@ from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.settings import ImportSettings, Settings
@@ -43,7 +41,6 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.commentary.summary import heading, numbers
 from pitchlore.pipeline.views.replay.animation import animation
-from pitchlore.schemas import Matches, Referee, Situations, Trajectories
 
 #: Names of files that have harmed programs: terminals, shells, logs.
 NAMES = [b"newline\nin it.csv", b"\x1b]0;owned\x07\x1b[31mred.csv", b"not utf-8 \xff\xfe.csv", b"-rf.csv", b"$(reboot).csv",
@@ -303,20 +300,15 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
     receipt, _ = import_recording(store, Recording(file=folder / "x.parquet"))
     scope = Scope(matches=(receipt.name,))
     STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals", "events"})
-    path, _ = write_page(store, receipt.name)
-    told, out = told_of(store, receipt.name), io.StringIO()
+    match = League(store).match(receipt.name)
+    path, told, out = match.replay(), match.commentary(), io.StringIO()
     catalogue = refresh(store)[0]
     with redirect_stdout(out):
         print_frame(ask(catalogue, "select home, away, source from matches"), title=receipt.details["home"])
         print_frame(ask(catalogue, "from sides"))
     lines = [*heading(told.summary), *(moment.line() for moment in told.moments), *numbers(told.summary),
              *out.getvalue().splitlines(), *ask(catalogue, "from matches").write_csv().splitlines()]
-    film = animation(
-        store.read_table(receipt, "matches", Matches),
-        *(store.read_table(store.receipt(noun, receipt.name), noun, schema)
-          for noun, schema in (("trajectories", Trajectories), ("situations", Situations))),
-        store.read_table(receipt, "referee", Referee), Pitch.model_validate(receipt.details["pitch"]), start_s=0.0,
-        seconds=0.5)
+    film = animation(match, start_s=0.0, seconds=0.5)
     return path.read_text(encoding="utf-8"), lines, film
 
 

@@ -12,6 +12,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.handmade import handmade
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -61,11 +62,11 @@ def situations(rows):
 STILL = trajectories([(0, "ball", None, 0.0, 0.0, None), (0, "home", 1, -0.3, 0.1, 0.0), (0, "away", 2, 0.3, 0.1, 3.0)])
 
 
-def make(played=STILL, done=None, goals=None, referee=None, pitch=VSSS, about=None, **options):
-    return page(
-        match() if about is None else about, played, Situations.empty() if done is None else done,
-        Goals.empty() if goals is None else goals, Referee.empty() if referee is None else referee, pitch, **options,
-    )
+def make(played=STILL, done=None, goals=None, referee=None, pitch=VSSS, about=None, passes=None, shots=None,
+         gap_s=None, **options):
+    shown = handmade(pitch, gap_s=gap_s, matches=match() if about is None else about, trajectories=played,
+                  situations=done, goals=goals, referee=referee, passes=passes, shots=shots)
+    return page(shown, **options)
 
 
 def decode(html):

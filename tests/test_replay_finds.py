@@ -71,7 +71,7 @@ def test_behaviours_are_found(store, replay, page):
     page.goto(f"{replay}#paused")
     counted = 0
     for side, team in zip(SIDES, (match.home, match.away), strict=True):
-        own = sequence(store, match, side)
+        own = sequence(match, side)
         learned = known.of(team).select("behaviour_id", "role", "codes")
         for row in pl.concat([learned, commonest(own)]).iter_slices(1):
             expected = [(r["team"], r["robot"], ms(r["t_ns"]), ms(r["done_ns"]))
@@ -113,7 +113,7 @@ def test_nonsense_is_not_found(replay, page, wanted):
 def test_events_are_the_tables(store, replay, page, schema):
     """The page's passes and shots are the rows of the public tables."""
     match = next(it for it in played(store) if it.name in replay)
-    table = store.read_table(match.made["events"], schema.NAME, schema)
+    table = getattr(match, schema.NAME)
     page.goto(f"{replay}#paused")
     found = page.evaluate(FIND, {"passes": "pass", "shots": "shot"}[schema.NAME])
     assert [hit[:3] for hit in found] == [
@@ -130,7 +130,7 @@ def test_known_behaviours(store):
     assert [[kind, name] for kind, name, _ in found] == [[team.kind, team.name] for team in teams]
     for team, (_, _, ids) in zip(teams, found, strict=True):
         own = [it for it in played(store) if team in (it.home, it.away)]
-        shown_there = gallery(store, team, own, known, learned)
+        shown_there = gallery(team, own, known, learned)
         assert ids == [card["id"] for card in shown_there["cards"]]
         assert ids
     assert replays.known_behaviours(teams, None, learned) == b"scoutKnown([]);\n"

@@ -8,6 +8,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 from axe_core_python.sync_playwright import Axe
+from support.handmade import handmade
 from support.recordings import INSPER, SSL, imported
 from test_replay import MS, make
 from test_replay import trajectories as samples
@@ -32,9 +33,10 @@ def whole(name: str, folder: Path) -> str:
     scored = goals(log.referee, table, done, pitch, GoalSettings())
     held, passed, shot, *_ = events(table, log.referee, pitch, EventSettings())
     row = matches_row(log)
-    told = commentary(row, log.referee, scored, done, table, held, passed, shot, pitch).sentences()
+    match = handmade(pitch, matches=row, referee=log.referee, goals=scored, situations=done, trajectories=table,
+                  possession=held, passes=passed, shots=shot)
     path = folder / "replay.html"
-    path.write_text(replay_page(row, table, done, scored, log.referee, pitch, passes=passed, shots=shot, told=told))
+    path.write_text(replay_page(match, told=commentary(match).sentences()))
     return path.as_uri()
 
 

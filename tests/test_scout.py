@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
+from support.handmade import handmade
 from support.league import HOSTILE, bring, serious
 from support.recordings import INSPER, RSIM, imported
 
@@ -26,10 +27,10 @@ from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.pipeline.views.scout.content.sources import team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write
-from pitchlore.pipeline.views.scout.facts import Tables, by_lead, over_matches
+from pitchlore.pipeline.views.scout.facts import by_lead, over_matches
 from pitchlore.pipeline.views.scout.gallery import clips, ranked
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
-from pitchlore.schemas import Goals, Situations
+from pitchlore.schemas import Situations
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -115,8 +116,8 @@ def test_by_lead():
     log = imported(RSIM)
     table, _ = trajectories(log, TrajectorySettings())
     found = events(table, log.referee, log.info.pitch, EventSettings())
-    told = Tables(matches_row(log), None, None, log.referee, table, None, goals(
-        log.referee, table, Situations.empty(), log.info.pitch, GoalSettings()), *found, None)
+    scored = goals(log.referee, table, Situations.empty(), log.info.pitch, GoalSettings())
+    told = handmade(matches=matches_row(log), referee=log.referee, trajectories=table, goals=scored, **found._asdict())
     both = by_lead(told)
     assert sum(it.seconds for it in both["home"].values()) == pytest.approx(told.matches["duration_s"][0], abs=0.01)
     for name, other in (("leads", "trails"), ("level", "level"), ("trails", "leads")):
@@ -367,7 +368,8 @@ def test_eleven_a_side(page, tmp_path):
     log = imported(INSPER)
     table, _ = trajectories(log, TrajectorySettings())
     done = recognise(table, log.info.pitch, SituationSettings())
-    shown = replay_page(matches_row(log), table, done, Goals.empty(), log.referee, log.info.pitch)
+    shown = replay_page(handmade(
+        log.info.pitch, matches=matches_row(log), trajectories=table, situations=done, referee=log.referee))
     (tmp_path / "replay.html").write_text(shown)
     page.goto((tmp_path / "replay.html").as_uri())
     page.wait_for_function("document.getElementById('timeline').clientHeight > 100")

@@ -142,17 +142,16 @@ def test_goals_of_a_match(store):
     import json
 
     for match in played(store):
-        tables = match.tables(store)
-        goals = goals_of(match, tables)
+        goals = goals_of(match)
         assert again(json.loads(json.dumps(goals))) == goals
-        answers = of_match(match, tables, kept(match, tables))
+        answers = of_match(match, kept(match))
         for side in SIDES:
-            own = tables.shots.filter(team=side)
+            own = match.shots.filter(team=side)
             assert sum(goal.side == side and goal.distance is not None for goal in goals) == own.filter(outcome="goal").height
             assert answers[side]["shooting"].n == own.height
-            assert sum(row.n for row in answers[side]["losses"]) == tables.possession.filter(team=side, ended="lost").height
-            assert sum(map(sum, answers[side]["passing"].thirds)) == tables.passes.filter(team=side).height
-            assert samples(tables.trajectories)[side].keys() <= {row.robot for row in answers[side]["losses"]}
+            assert sum(row.n for row in answers[side]["losses"]) == match.possession.filter(team=side, ended="lost").height
+            assert sum(map(sum, answers[side]["passing"].thirds)) == match.passes.filter(team=side).height
+            assert samples(match.trajectories)[side].keys() <= {row.robot for row in answers[side]["losses"]}
 
 
 # ---- halves

@@ -28,7 +28,7 @@ def league(store):
 
 def lines_of(store, league):
     """Numbers that the scripts take from the league's lines, by match."""
-    return {match.name: {"played_s": played_s(match.tables(store).trajectories)} for match in league}
+    return {match.name: {"played_s": played_s(match.trajectories)} for match in league}
 
 
 def test_chosen(league):
@@ -55,9 +55,9 @@ def test_pages_of_a_choice(store, league):
 def test_numbers_of_both(store, league):
     """The page that compares has the numbers of the matches' and the teams' own pages."""
     match = league[0]
-    own = numbers(match.tables(store))
+    own = numbers(match)
     lines = {it.name: {"score": "? : ?", "seconds": 60.0, "numbers": {
-        side: each._asdict() for side, each in numbers(it.tables(store)).items()}} for it in league}
+        side: each._asdict() for side, each in numbers(it).items()}} for it in league}
     found = facts_of(compare.numbers(league, [match.home, match.away], lines, compare.versions(store)))
     first = next(it for it in found["matches"] if it["id"] == match.name)
     assert first["numbers"] == [json.loads(json.dumps(own[side]._asdict())) for side in SIDES]
@@ -80,9 +80,9 @@ def test_knowledge(store, league):
         rows = table.filter(pl.col("team") == team["name"])
         assert {row[0] for row in team["behaviours"]} == set(rows["behaviour_id"])
         sides = [match for match in league for each in (match.home, match.away) if each.name == team["name"]]
-        played = sum(played_s(match.tables(store).trajectories) for match in sides)
+        played = sum(played_s(match.trajectories) for match in sides)
         assert team["minutes"] == pytest.approx(played / 60)
-        assert 0 < played <= sum(match.tables(store).matches["duration_s"][0] for match in sides)
+        assert 0 < played <= sum(match.matches["duration_s"][0] for match in sides)
         evidence = [row[2] if row[3] is None else row[3] for row in team["behaviours"]]
         assert evidence == sorted(evidence, reverse=True)
     part = facts_of(compare.knowledge(store, manifest, league[:1], lines_of(store, league)))
@@ -91,7 +91,7 @@ def test_knowledge(store, league):
 
 def test_parts(store, league):
     """Possession in parts adds up to that of the whole match; so does territory."""
-    tables = league[0].tables(store)
+    tables = league[0]
     found = parts(tables)
     assert len(found) == PARTS
     whole = numbers(tables)["home"]
@@ -106,7 +106,7 @@ def test_parts(store, league):
 
 def test_goals_in_halves(store, league):
     """Goals of halves are those of the table; of a whole match the score."""
-    tables = league[0].tables(store)
+    tables = league[0]
     end = int(tables.matches["duration_s"][0] * 1e9) + 1
     middle = int(tables.goals["t_ns"][0]) + 1
     first, second = numbers(tables, 0, middle), numbers(tables, middle, end)

@@ -25,7 +25,7 @@ from pitchlore.pipeline.views.scout.occurrences import occurrences, placed
 from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
 from pitchlore.pipeline.views.scout.transitions import around, transitions
 from pitchlore.pipeline.views.scout.words import of_behaviour
-from pitchlore.schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Sequences, Trajectories
+from pitchlore.schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Trajectories
 
 S = 10**9
 
@@ -136,9 +136,9 @@ def test_begins_where_its_situation_does(store):
     """In a recording the beginnings are the places that sequences have, and ends are not beginnings."""
     known, checked = newest(store), 0
     for match in played(store):
-        trajectories = store.read_table(match.made["trajectories"], "trajectories", Trajectories)
+        trajectories = match.trajectories
         for side, team in zip(SIDES, (match.home, match.away), strict=True):
-            sequence = store.read_table(match.made["sequences"], "sequences", Sequences).filter(pl.col("team") == side)
+            sequence = match.sequences.filter(pl.col("team") == side)
             found = placed(occurrences(sequence, known.of(team)), trajectories)
             told = found.join(
                 sequence.select("robot", "start_ns", wanted_x="x", wanted_y="y"), left_on=("robot", "t_ns"),
@@ -159,7 +159,7 @@ def test_as_many_as_the_support(store, pages, learned):
             patched.setattr("pitchlore.pipeline.views.scout.content.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
             for team in with_behaviours(store):
                 own = [match for match in played(store) if team in (match.home, match.away)]
-                for card in gallery(store, team, own, newest(store), learned)["cards"]:
+                for card in gallery(team, own, newest(store), learned)["cards"]:
                     assert card["way"]["n"] == card["support"]
 
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.flows.commands.printing import warn
+from pitchlore.pipeline.engine.folder import existing
 from pitchlore.pipeline.engine.placement.places import VARIABLE
 from pitchlore.pipeline.settings import RunSettings, parse_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import check_root
 
-#: Any of these makes a folder a data folder.
-_SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",
-          "watching", "runs", "seasons", "server")
-_OTHERWISE = "Name the data folder with --data, or fill this one: `pitchlore import FILE`"
-
+if TYPE_CHECKING:
+    from pitchlore.pipeline.face.league import League
 
 #: An option without a value.
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
@@ -60,15 +58,14 @@ class Common:
             NotFound: if it does not exist, or holds nothing of a data folder.
             StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
         """
-        store = Store(self.data)
-        check_root(store.root)
-        store.catch_up_or_say()
-        if not store.root.exists():
-            raise NotFound("there is no such folder", where=store.where, next_step=_OTHERWISE)
-        if not any(next(store.root.glob(sign), None) for sign in _SIGNS):
-            raise NotFound("is not a data folder, or nothing has been imported into it",
-                           where=store.where, next_step=_OTHERWISE)
-        return store
+        return existing(self.data)
+
+    @property
+    def league(self) -> League:
+        """The league in the data folder, for a command that reads; errors as for :attr:`existing`."""
+        from pitchlore.pipeline.face.league import League  # noqa: PLC0415 (other commands start sooner without it)
+
+        return League(self.existing, say=warn)
 
     def settings(self, path: Path | None) -> RunSettings:
         """The defaults, overridden by a TOML file.

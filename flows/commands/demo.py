@@ -9,12 +9,10 @@ from pathlib import Path
 import polars as pl
 from rich.console import Console
 
-from pitchlore.flows.commands.commentary import told_of
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag
 from pitchlore.flows.commands.import_ import bring_in
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, spelt
-from pitchlore.flows.commands.replay import write_page
 from pitchlore.flows.commands.run import bring_up_to_date
 from pitchlore.flows.reporting import Reported
 from pitchlore.flows.reporting import report as make_report
@@ -30,6 +28,7 @@ from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.seasons.settings import Season, named
 from pitchlore.pipeline.settings import Settings
@@ -125,7 +124,7 @@ def _scores(catalogue: Path, played: list[str], out: Console) -> None:
 
 
 def _goals(store: Store, match: str, out: Console) -> None:
-    goals = [moment for moment in told_of(store, match).moments if moment.kind == "goal"]
+    goals = [moment for moment in League(store).match(match).commentary().moments if moment.kind == "goal"]
     out.print(f"\nHow the goals of {match} came about", style="bold", highlight=False)
     for moment in goals[:_GOALS_SHOWN]:
         out.print(moment.line(), highlight=False, soft_wrap=True)
@@ -159,7 +158,7 @@ def _question(catalogue: Path, out: Console) -> None:
 def _paths(
     store: Store, played: list[str], season: Season, page: Path, common: Common, out: Console, *, flow: bool
 ) -> None:
-    replay, scout = write_page(store, played[-1])[0], scouted(store).first
+    replay, scout = League(store).match(played[-1]).replay(), scouted(store).first
     where = "" if common.data == DEFAULTS.data else f" --data {store.where}"
     lines = [
         ("Open", ""),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pitchlore.flows.commands.common import DEFAULTS, Common
-from pitchlore.flows.commands.match_id import find_match
 from pitchlore.flows.commands.printing import console
 from pitchlore.pipeline.engine.catalog import forget_match, renew
+from pitchlore.pipeline.engine.outputs import find_match
 
 
 def forget(match: str, *, common: Common = DEFAULTS) -> None:

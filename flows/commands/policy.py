@@ -5,12 +5,8 @@ from __future__ import annotations
 import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
-from pitchlore.flows.commands.printing import console, print_frame, print_json
+from pitchlore.flows.commands.printing import console, in_words, print_frame, print_json
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.engine.policies import looks
-from pitchlore.pipeline.views.scout.words import of_behaviour
-from pitchlore.schemas import States
-from pitchlore.schemas.table import KEYS, ROLES
 
 
 def show(
@@ -29,16 +25,11 @@ def show(
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.existing
-    versions = store.versions("policies")
-    if not versions:
-        raise NotFound("there is no policy yet", where=store.where, next_step="Run `pitchlore run` first")
-    manifest = store.manifest("policies", versions[-1] if version is None else version)
-    if States.NAME not in manifest.files:
-        raise NotFound(f"policy version {manifest.version} was trained before states were kept",
-                       where=store.where, next_step="Train the next version: `pitchlore train`")
-    states = store.read_table(manifest, "states", States)
-    for name, asked, there in (("role", role, ROLES), ("key", key, KEYS)):
+    policy = common.league.policy(version)
+    states = policy.states
+    for name, asked in (("role", role), ("key", key)):
+        dtype = states.schema[name]
+        there = dtype.categories.to_list() if isinstance(dtype, pl.Enum) else []
         if asked is not None and asked not in there:
             raise NotFound(f"no {name} {asked!r} (there are: {', '.join(there)})", where=f"--{name}",
                            next_step="Name one of these, or leave it out")
@@ -50,18 +41,18 @@ def show(
     if json:
         print_json(states.to_dicts())
         return
-    console().print(f"policy version {manifest.version} (few: too few episodes; close: too close to tell; "
+    console().print(f"policy version {policy.version} (few: too few episodes; close: too close to tell; "
                     "alone: one behaviour)", soft_wrap=True)
-    if looks(manifest):
+    if policy.looks:
         console().print("It chooses by what it sees, and not by these states: `pitchlore scout` draws what "
                         "it prefers where", soft_wrap=True)
     counts = states.group_by("key", "role", "verdict").agg(states=pl.len(), visits=pl.col("visits").sum())
     print_frame(counts.sort("key", "role", "verdict"))
     for row in states.head(max(most, 0)).iter_rows(named=True):
         rival = "" if row["second"] is None else (
-            f"; next: {of_behaviour(row['second'])} (episodes: {row['second_episodes']})")
+            f"; next: {in_words(row['second'])} (episodes: {row['second_episodes']})")
         console().print(
             f"\n{row['role']}, key {row['key']}, state {row['state']}: {row['verdict']}"
-            f" (visits: {row['visits']}). Best: {of_behaviour(row['best'])}"
+            f" (visits: {row['visits']}). Best: {in_words(row['best'])}"
             f" (episodes: {row['best_episodes']}){rival}", soft_wrap=True)
         console().print(f"  {'; '.join(row['elements']) or 'any state'}", soft_wrap=True)

@@ -17,8 +17,10 @@ from rich.table import Table
 from rich.text import Text
 
 from pitchlore.pipeline.base.text import printable
+from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.situations.rules import TABLE_1
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import note_on
 
 
@@ -106,6 +108,16 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     for row in frame.iter_rows():
         table.add_row(*map(_cell, row))
     console().print(table)
+
+
+def by_evidence(behaviours: pl.DataFrame) -> pl.DataFrame:
+    """Behaviours, those that surely pay first."""
+    return behaviours.sort(*BY_EVIDENCE, descending=True)
+
+
+def in_words(behaviour: str) -> str:
+    """A behaviour's id in words."""
+    return of_behaviour(behaviour)
 
 
 def spelt(codes: str) -> pl.Expr:

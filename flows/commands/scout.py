@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, On
 from pitchlore.flows.commands.printing import console
-from pitchlore.pipeline.engine.placement.places import placed
 
 
 def scout(
@@ -28,11 +27,7 @@ def scout(
         on: Where pages are made.
         common: Options of every command.
     """
-    from pitchlore.pipeline.views.scout.content.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
-
-    store = common.existing
-    with placed(on, store.root):
-        found = write(store, output, names)
+    found = common.league.scout(*names, folder=output, on=on)
     console().print(f"{found.first}: {found.new} pages written, {found.kept} kept, {found.size / 1e6:.1f} MB",
                     soft_wrap=True)
     if show:

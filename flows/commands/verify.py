@@ -1,4 +1,4 @@
-"""The command verify: check the data folder, restore what is damaged."""
+"""The commands verify and kb verify: check the data folder, restore what is damaged."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.printing import console, print_json
 from pitchlore.pipeline.engine.catalog import distrust
-from pitchlore.pipeline.engine.verify import backup_at, mend, verify_all
+from pitchlore.pipeline.engine.verify import backup_at, mend, verify_all, verify_knowledge
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.verification import Verification
 
@@ -23,10 +23,25 @@ def verify(*, restore_from: Path | None = None, json: Json = False, common: Comm
         json: Print JSON.
         common: Options of every command.
     """
-    conclude(verify_all, restore_from, json=json, common=common)
+    _conclude(verify_all, restore_from, json=json, common=common)
 
 
-def conclude(
+def verify_versions(
+    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Check the files of every version of the knowledge, or of one.
+
+    Args:
+        version: Check only this version.
+        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    _conclude(lambda store: verify_knowledge(store, version), restore_from, json=json, common=common)
+
+
+def _conclude(
     check: Callable[[Store], Verification], restore_from: Path | None, *, json: bool, common: Common
 ) -> None:
     """Check, restore, print what was found, and exit with 1 if a problem is left."""

@@ -36,7 +36,7 @@ from pitchlore.pipeline.arena.match.controllers import LearnedTeam
 from pitchlore.pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.observation import LIMIT, length
-from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, varied
 from pitchlore.pipeline.arena.match.sides import MatchSides
 from pitchlore.pipeline.arena.match.sighted import NUMBERS
 from pitchlore.pipeline.arena.teams.executors.actions import CODES
@@ -350,12 +350,7 @@ def _settings(
     robots: int | None, minutes: float | None, matches: MatchSettings | None, **said: Any
 ) -> EnvSettings:
     """The settings of an environment, of the arguments of its door."""
-    usual = (matches or MatchSettings()).of_match()
-    if robots is not None:
-        usual["robots"] = robots
-    if minutes is not None:
-        usual["referee"] = usual["referee"].model_dump() | {"duration_s": 60 * minutes}
-    return fitted(EnvSettings, {**said, "matches": usual}, "environment",
+    return fitted(EnvSettings, {**said, "matches": varied(matches, robots, minutes)}, "environment",
                   "See EnvSettings in pipeline/arena/match/environment.py")
 
 

@@ -319,6 +319,13 @@ def gif(pictures: Sequence[Canvas], step_ms: int) -> bytes:
     return buffer.getvalue()
 
 
+def png(picture: Canvas) -> bytes:
+    """The picture as PNG."""
+    buffer = io.BytesIO()
+    picture.save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
+
+
 def clock(seconds: float) -> str:
     """Whole minutes and seconds."""
     minutes, rest = divmod(int(seconds), 60)

@@ -238,6 +238,12 @@ def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None)
     return damaged
 
 
+def files_of(store: Store, table: str) -> list[str]:
+    """Paths of the files with rows of a public table, as the catalogue has them; absolute, sorted."""
+    listing = catalog.listing(catalog_path(store)) or {}
+    return sorted(path for name, path in listing if name == table)
+
+
 def opened(data: Path) -> Path:
     """The catalogue of a data folder, for a notebook, which opens it with DuckDB, read-only.
 

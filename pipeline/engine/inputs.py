@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import polars as pl
 
+from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
@@ -73,20 +74,35 @@ class Inputs(Protocol):
     def log(self) -> MatchLog:
         """The log of the match."""
 
+    def settings(self, noun: str) -> Mapping[str, Any]:
+        """Settings of the only output of a noun; empty if there is none."""
+        return next((held.settings for held in self[noun]), {})
+
+    def only(self, noun: str) -> Held:
+        """The only output of a noun.
+
+        Raises:
+            NotFound: if there is none.
+        """
+        for held in self[noun]:
+            return held
+        names = [held.name for held in self["matches"]]
+        raise NotFound(f"{', '.join(names)} has no {noun} yet" if names else f"there are no {noun} yet",
+                       next_step="Run `pitchlore run` first")
+
     def table(self, noun: str, schema: type[Table]) -> pl.DataFrame:
-        """The table of the only output of a noun; errors as for :meth:`tables`."""
-        (found,) = self.tables(noun, schema)
-        return found
+        """The table of the only output of a noun; errors as for :meth:`tables` and :meth:`only`."""
+        self.only(noun)
+        return next(self.tables(noun, schema))
 
     def blob(self, noun: str, role: str) -> bytes | None:
         """A file other than a table, of the only output of a noun; None if there is none."""
-        (found,) = self.blobs(noun, role)
-        return found
+        self.only(noun)
+        return next(self.blobs(noun, role))
 
     def details(self, noun: str) -> Mapping[str, Any]:
         """Details of the only output of a noun."""
-        (held,) = self[noun]
-        return held.details
+        return self.only(noun).details
 
     @property
     def pitch(self) -> Pitch:
@@ -113,6 +129,14 @@ class StoreInputs(Inputs):
         self._seen = seen
         self.receipts = receipts
         self.version = version
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without store and tables: another process opens its own store (:meth:`at`)."""
+        return {"receipts": dict(self.receipts), "version": self.version}
+
+    def at(self, store: Store, *, seen: Seen | None = None) -> StoreInputs:
+        """The same inputs, read through another store of the same data."""
+        return StoreInputs(store, self.receipts, version=self.version, seen=seen)
 
     def __getitem__(self, noun: str) -> Sequence[Receipt]:
         return self.receipts.get(noun, ())

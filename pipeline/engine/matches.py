@@ -27,6 +27,7 @@ from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.receipts import Receipt, digest
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import SIDES, Commands, Matches, Quality, Referee
@@ -185,9 +186,35 @@ def take_in(store: Store, recording: Recording, limits: ImportSettings = ImportS
         return _import(store, recording, parts, limits, check)
 
 
+def read_recording(
+    recording: Recording, limits: ImportSettings = ImportSettings()
+) -> tuple[MatchLog, dict[str, object]]:
+    """The match of a recording that is imported nowhere, and the settings of its map.
+
+    Args:
+        recording: the file and its map; without one a tracking table has the plain form.
+        limits: what reading may cost, and whether it is done in a process of its own.
+
+    Raises:
+        BadRecording, DamagedLog: if the recording gives no match.
+        BadSettings: if the map cannot be used.
+        NotFound: if the file or the map cannot be read.
+        StillWritten: if the file changes meanwhile.
+    """
+    files = Files(Path())
+    checks = [files.unchanged(file) for file in recording.files()]
+    mapping = _mapping(files, recording.mapping) or TrackingMap()
+    with _opened(files, recording, limits) as parts:
+        source = open_parts(parts, recording.provider, limits)
+        match, _ = read_match(source, mapping, recording.files() if limits.isolate else None)
+    for unchanged in checks:
+        unchanged()
+    return match, mapping.settings()
+
+
 @contextmanager
 def _opened(
-    store: Store, recording: Recording, limits: ImportSettings
+    store: Files, recording: Recording, limits: ImportSettings
 ) -> Iterator[list[tuple[str, Octets]]]:
     """Name and content of each of a recording's files."""
     with ExitStack() as stack:
@@ -275,7 +302,7 @@ def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, obj
     return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
-def _mapping(store: Store, path: Path | None) -> TrackingMap | None:
+def _mapping(store: Files, path: Path | None) -> TrackingMap | None:
     """Map at a path; None if there is none."""
     if path is None:
         return None

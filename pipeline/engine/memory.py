@@ -67,6 +67,12 @@ class MemoryInputs(Inputs):
             self._made[noun] = _checked(name, own.model_dump(mode="json"), stage.compute(self, own))
         return (self._made[noun],)
 
+    def settings(self, noun: str) -> Mapping[str, Any]:
+        """As for the protocol; nothing is computed."""
+        if noun in self._made:
+            return self._made[noun].settings
+        return STAGES[noun].settings(self._settings).model_dump(mode="json")
+
     def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""
         for output in self[noun]:

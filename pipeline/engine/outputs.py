@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+
+import polars as pl
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.schemas import Table
 
 
 class refusing:  # noqa: N801 (a context manager is used like a function)
@@ -57,6 +60,41 @@ def need(store: Store, noun: str, name: str) -> Receipt:
         raise NotFound(f"{noun} of {name} have not been made", where=store.where,
                        next_step=f"Run the stage {noun} first (`pitchlore run` runs them all)")
     return receipt
+
+
+def table_of(store: Store, receipt: Receipt, schema: type[Table]) -> pl.DataFrame:
+    """The table of an output or a version; errors as for :meth:`pipeline.store.Store.read_table`."""
+    return store.read_table(receipt, schema.NAME, schema)
+
+
+def find_match(store: Store, match: str) -> Receipt:
+    """The receipt of the match with this id or beginning of an id.
+
+    Raises:
+        NotFound: if the id is empty, or fits no match or several. If it fits a match of a season, the error
+            names the season's data folder.
+    """
+    if not match:
+        raise NotFound("no match is named", next_step="Give the id of a match, or its beginning")
+    receipts = list(store.receipts("matches"))
+    found = _called(receipts, match)
+    if not found:
+        for season in store.receipts("seasons"):
+            own = store.root / season.details["store"]
+            if _called(Store(own).receipts("matches"), match):
+                raise NotFound(f"is a match of the season {season.name}", where=match,
+                               next_step=f"Add `--data {store.named(own)}`")
+    if len(found) != 1:
+        names = ", ".join(r.name for r in (found or receipts)[:8]) or "none yet"
+        what = "several matches begin so" if found else "there is no such match"
+        raise NotFound(f"{what} (there are: {names})", where=match, next_step="Name one of them")
+    return found[0]
+
+
+def _called(receipts: Iterable[Receipt], match: str) -> list[Receipt]:
+    """The receipts with this name, or else those whose names begin with it."""
+    every = list(receipts)
+    return [r for r in every if r.name == match] or [r for r in every if r.name.startswith(match)]
 
 
 def match_names(store: Store) -> list[str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from io import BytesIO
 from pathlib import Path
 
 from pitchlore.pipeline import arena
@@ -12,6 +13,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.matches import PLAYING, keep
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt, fingerprint
 from pitchlore.pipeline.store.work import Work
@@ -85,11 +87,7 @@ def recording(store: Store, match: MatchInPlay) -> Iterator[Callable[[], None]]:
         recorder = log.Recorder(stream, match.info)
 
         def log_it() -> None:
-            part = match.take()
-            recorder.frames(part.frames)
-            recorder.referee(part.referee)
-            recorder.decisions(part.decisions)
-            recorder.flush()
+            _log(recorder, match)
 
         try:
             yield log_it
@@ -105,6 +103,31 @@ def recording(store: Store, match: MatchInPlay) -> Iterator[Callable[[], None]]:
             keep(store, played, data, _work(recipe))
         store.release("matches", recipe.match_id)
         path.unlink()
+
+
+def in_memory(recipe: Recipe, policies: Mapping[str, PolicyTables] | None = None) -> MatchLog:
+    """A match played for nobody's data folder, as its log would be read.
+
+    Args:
+        recipe: of the match.
+        policies: policies by the label that the recipe's teams name.
+    """
+    match, stream = MatchInPlay(recipe, controllers_of(recipe, policies or {})), BytesIO()
+    recorder = log.Recorder(stream, match.info)
+    while match.advance(PART):
+        _log(recorder, match)
+    _log(recorder, match)
+    recorder.close(info=match.info)
+    return log.read(stream.getvalue(), where=match.info.source)
+
+
+def _log(recorder: log.Recorder, match: MatchInPlay) -> None:
+    """Log all that was played since the last call."""
+    part = match.take()
+    recorder.frames(part.frames)
+    recorder.referee(part.referee)
+    recorder.decisions(part.decisions)
+    recorder.flush()
 
 
 def _work(recipe: Recipe) -> Work:

@@ -112,15 +112,21 @@ def listing(path: Path) -> Listing | None:
 
 @contextmanager
 def opened(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
-    """The catalogue as it is on disk now.
+    """The catalogue as it is on disk now (:func:`connected`), closed after the body."""
+    with connected(path) as connection:
+        yield connection
+
+
+def connected(path: Path) -> duckdb.DuckDBPyConnection:
+    """A connection to the catalogue as it is on disk now.
 
     It is attached, not connected to. If the process has already connected to a path, DuckDB gives it the
     old database, even after the file was replaced.
     """
-    with duckdb.connect(":memory:") as connection:
-        connection.execute(f"attach {quote(str(path))} as catalog (read_only)")
-        connection.execute("use catalog")
-        yield connection
+    connection = duckdb.connect(":memory:")
+    connection.execute(f"attach {quote(str(path))} as catalog (read_only)")
+    connection.execute("use catalog")
+    return connection
 
 
 def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: Sequence[str]) -> str:

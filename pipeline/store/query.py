@@ -18,10 +18,11 @@ import duckdb
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadQuery, NotFound
-from pitchlore.pipeline.store.catalog import FILES, opened, pattern, quote
+from pitchlore.pipeline.store.catalog import FILES, connected, pattern, quote
 from pitchlore.schemas import PUBLIC
 
 T = TypeVar("T")
+Relation = duckdb.DuckDBPyRelation
 
 #: DuckDB's types that have no equal in a polars table: it refuses them, or loses what they mean.
 _WITHOUT_EQUAL = frozenset(
@@ -63,20 +64,52 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
             table.
         KeyboardInterrupt: as it came; DuckDB has stopped working then.
     """
-    if not path.exists():
-        raise NotFound("there is no catalogue yet", where=str(path), next_step="Run `pitchlore run` first")
-    with opened(path) as connection:
-        connection.execute("set temp_directory = ''")  # what does not fit in memory fails
-        _allow(connection, sql)
-        connection.execute("set enable_external_access = false")
-        connection.execute("set python_enable_replacements = false")
-        connection.execute("set lock_configuration = true")
+    with _guarded(path, sql) as connection:
         try:
             return _interruptible(connection, lambda: _rows(connection, sql, parameters))
         except duckdb.Error as error:
-            raise BadQuery(
-                " ".join(str(error).split()), next_step="`pitchlore sql --tables` lists tables and columns"
-            ) from error
+            raise _refused(error) from error
+
+
+def relation(path: Path, sql: str, parameters: Sequence[object] = ()) -> Relation:
+    """A query as DuckDB's relation, which runs when its rows are asked for.
+
+    It has a connection of its own, which can read the catalogue's own files only, and write nothing. An error
+    of the run is DuckDB's.
+
+    Args:
+        path: the catalogue.
+        sql: as for :func:`ask`.
+        parameters: as for :func:`ask`.
+
+    Raises:
+        NotFound: if there is no catalogue.
+        BadQuery: if the statement does not only read; if DuckDB refuses it; if there is not exactly one.
+    """
+    connection = _guarded(path, sql)
+    try:
+        return connection.sql(_reading(connection, sql), params=list(parameters) or None)
+    except duckdb.Error as error:
+        raise _refused(error) from error
+
+
+def _guarded(path: Path, sql: str) -> duckdb.DuckDBPyConnection:
+    """A connection to the catalogue that can read the files of the tables that a query names, no others."""
+    if not path.exists():
+        raise NotFound("there is no catalogue yet", where=str(path), next_step="Run `pitchlore run` first")
+    connection = connected(path)
+    connection.execute("set temp_directory = ''")  # what does not fit in memory fails
+    _allow(connection, sql)
+    connection.execute("set enable_external_access = false")
+    connection.execute("set python_enable_replacements = false")
+    connection.execute("set lock_configuration = true")
+    return connection
+
+
+def _refused(error: duckdb.Error) -> BadQuery:
+    """DuckDB's refusal, in its own words."""
+    return BadQuery(
+        " ".join(str(error).split()), next_step="`pitchlore sql --tables` lists tables and columns")
 
 
 def _allow(connection: duckdb.DuckDBPyConnection, sql: str) -> None:

@@ -82,6 +82,27 @@ def joined(data: Sequence[bytes], schema: type[Table], *, where: Sequence[str]) 
     return pl.concat(from_parquet(each, schema, where=at) for each, at in zip(data, where, strict=True))
 
 
+def scan(paths: Sequence[str], schema: type[Table]) -> pl.LazyFrame:
+    """Tables in Parquet files one after the other, as a lazy frame of the present version of the schema.
+
+    Columns that are newer than a file are null; its enumerations get the words that are newer than it.
+    """
+    if not paths:
+        return schema.empty().lazy()
+    by_tag: dict[str | None, list[str]] = {}
+    for path in paths:
+        by_tag.setdefault(pl.read_parquet_metadata(path).get(SCHEMA_KEY), []).append(path)
+    present = by_tag.pop(schema.tag(), [])
+    parts = [pl.scan_parquet(present, glob=False)] if present else []
+    for earlier in by_tag.values():
+        part = pl.scan_parquet(earlier, glob=False)
+        there = part.collect_schema()
+        parts.append(part.select(
+            pl.col(name).cast(dtype) if name in there else pl.lit(None, dtype=dtype).alias(name)
+            for name, dtype in schema.dtypes().items()))
+    return pl.concat(parts)
+
+
 def _widened(frame: pl.DataFrame, schema: type[Table]) -> Iterator[tuple[str, pl.Enum]]:
     """Enumerations of an earlier version of a table that have got more words since: column and type now."""
     for name, before in frame.schema.items():

@@ -29,6 +29,7 @@ from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.report import write_report
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.tables import MatchTables, stored_match
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
@@ -56,12 +57,6 @@ from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.schemas import (
     PUBLIC,
     Evaluations,
-    Goals,
-    Matches,
-    Passes,
-    Possession,
-    Referee,
-    Shots,
     Situations,
     Table,
     Trajectories,
@@ -197,18 +192,7 @@ def _shown(table: pl.DataFrame, schema: type[Table]) -> pl.DataFrame:
 def commentary_clip() -> Golden:
     """The commentary of the sample's seconds 0 to 120, and its numbers."""
     store = Store(Path(_data().name))
-    found = {noun: next(store.receipts(noun)) for noun in ("matches", "trajectories", "situations", "goals", "events")}
-    match = matches.read(store.read(found["matches"], "log"), where="clip")
-    told = commentary(
-        store.read_table(found["matches"], "matches", Matches),
-        store.read_table(found["matches"], "referee", Referee),
-        store.read_table(found["goals"], "goals", Goals),
-        store.read_table(found["situations"], "situations", Situations),
-        store.read_table(found["trajectories"], "trajectories", Trajectories),
-        store.read_table(found["events"], "possession", Possession),
-        store.read_table(found["events"], "passes", Passes),
-        store.read_table(found["events"], "shots", Shots),
-        match.info.pitch)
+    told = commentary(MatchTables(stored_match(store, next(store.receipts("matches")))))
     lines = [*heading(told.summary), *(moment.line() for moment in told.moments), "", *numbers(told.summary)]
     return Golden("\n".join(lines), settings={"commentary": CommentarySettings().model_dump(mode="json")})
 

@@ -99,6 +99,16 @@ class MatchSettings(Frozen):
         return {name: getattr(self, name) for name in MatchSettings.model_fields}
 
 
+def varied(settings: MatchSettings | None, robots: int | None, minutes: float | None) -> dict[str, Any]:
+    """Settings of matches by name, for other models; None of each argument leaves what is usual."""
+    usual = (settings or MatchSettings()).of_match()
+    if robots is not None:
+        usual["robots"] = robots
+    if minutes is not None:
+        usual["referee"] = usual["referee"].model_dump() | {"duration_s": 60 * minutes}
+    return usual
+
+
 def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
     """The default settings of matches, overridden by a file.
 

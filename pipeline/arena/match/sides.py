@@ -45,7 +45,7 @@ class MatchSides:
         self.driven: tuple[int, ...] = (HOME, AWAY)
         if opponent is not None:
             team = SIDES.index(side)
-            against, self._policy = _opponent(opponent)
+            against, self._policy = team_of(opponent)
             self.driven, self._teams[1 - team] = (team,), against
             them = opponent if isinstance(opponent, str) else against.kind
             self.names = ("you", them) if team == HOME else (them, "you")
@@ -69,8 +69,8 @@ def _driver(settings: EnvSettings, recipe: Recipe, team: int) -> Driven:
     return BehaviourController(recipe, np.random.default_rng([recipe.seed, 1 + team]))
 
 
-def _opponent(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | None]:
-    """Settings and policy of an opponent.
+def team_of(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | None]:
+    """Settings of the team that a word names, or of a learned team, and its policy; None without one.
 
     Raises:
         BadSettings: if there is none of this name, or robots have no action for a code.
@@ -81,7 +81,7 @@ def _opponent(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | Non
         return TeamSettings(kind=word), None
     always = constant_team(word)
     if always is None:
-        raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
+        raise BadSettings(f"{word!r} is no team", next_step=(
             f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a "
             "learned team (pipeline.engine.teams.learned_team)"))
     return always

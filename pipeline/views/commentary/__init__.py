@@ -11,9 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import chain
 
-import polars as pl
-
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.views.commentary.goals import at_ball, of_goals
 from pitchlore.pipeline.views.commentary.moments import (
     Moment,
@@ -26,15 +24,15 @@ from pitchlore.pipeline.views.commentary.moments import (
 )
 from pitchlore.pipeline.views.commentary.settings import CommentarySettings
 from pitchlore.pipeline.views.commentary.spells import spells
-from pitchlore.pipeline.views.commentary.summary import MatchStatistics, summarise
+from pitchlore.pipeline.views.commentary.summary import MatchStatistics, heading, numbers, summarise
 from pitchlore.pipeline.views.commentary.words import called
 
 __all__ = ["Commentary", "CommentarySettings", "commentary"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Commentary:
-    """The commentary of a match.
+    """The commentary of a match. As text it is what ``pitchlore commentary`` prints.
 
     Attributes:
         moments: the moments told, by time.
@@ -48,19 +46,21 @@ class Commentary:
         """The sentences told with their times, ns since the first sample, by time."""
         return [(moment.t_ns, moment.text) for moment in self.moments]
 
+    def heading(self) -> tuple[str, ...]:
+        """Teams, score and duration, line by line."""
+        return heading(self.summary)
 
-def commentary(
-    match: pl.DataFrame,
-    referee: pl.DataFrame,
-    goals: pl.DataFrame,
-    situations: pl.DataFrame,
-    trajectories: pl.DataFrame,
-    possession: pl.DataFrame,
-    passes: pl.DataFrame,
-    shots: pl.DataFrame,
-    pitch: Pitch,
-    settings: CommentarySettings | None = None,
-) -> Commentary:
+    def numbers(self) -> tuple[str, ...]:
+        """The summary for people, line by line."""
+        return tuple(numbers(self.summary))
+
+    def __str__(self) -> str:
+        return "\n".join([*self.heading(), *(moment.line() for moment in self.moments), "", *self.numbers()])
+
+    __repr__ = __str__
+
+
+def commentary(match: MatchTables, settings: CommentarySettings | None = None) -> Commentary:
     """The commentary of a match: moments to tell, and statistics.
 
     The referee's decisions and the goals are always told. A chance (a save, a wide shot) is told unless a
@@ -68,22 +68,17 @@ def commentary(
     nothing else happens.
 
     Args:
-        match: schema Matches, one row.
-        referee: schema Referee, of that match.
-        goals: schema Goals, of that match: one for each goal of the referee.
-        situations: schema Situations, of that match.
-        trajectories: schema Trajectories, of that match.
-        possession: schema Possession, of that match.
-        passes: schema Passes, of that match.
-        shots: schema Shots, of that match.
-        pitch: pitch of the match.
+        match: has one goal for each goal of the referee.
         settings: thresholds of the commentary, None for the defaults.
     """
     settings = settings or CommentarySettings()
-    names = called(match["home"][0], match["away"][0])
+    row, pitch = match.matches, match.pitch
+    referee, goals, situations = match.referee, match.goals, match.situations
+    trajectories, possession, passes, shots = match.trajectories, match.possession, match.passes, match.shots
+    names = called(row["home"][0], row["away"][0])
     touched, kept = at_ball(trajectories, pitch), spells(possession, passes, trajectories, names)
     moments = chain(
-        of_the_referee(referee, match, names),
+        of_the_referee(referee, row, names),
         of_goals(goals, referee, situations, touched, names, settings),
         of_shots(shots, touched, names),
         of_passes(passes, trajectories, pitch, names, settings),
@@ -91,7 +86,7 @@ def commentary(
     )
     told = _chosen(moments, settings)
     told = sorted([*told, *of_lulls(told, kept, names, settings)], key=lambda moment: moment.t_ns)
-    return Commentary(tuple(told), summarise(match, goals, situations, possession, shots, settings))
+    return Commentary(tuple(told), summarise(row, goals, situations, possession, shots, settings))
 
 
 def _chosen(moments: Iterable[Moment], settings: CommentarySettings) -> list[Moment]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.matches.frame import MatchLog, Period
+from pitchlore.pipeline.engine.tables import MatchTables
+from pitchlore.pipeline.matches.frame import Period
 from pitchlore.pipeline.numbers.arrays import F64, I64
-from pitchlore.schemas import SIDES, Possession, Situations, Trajectories
+from pitchlore.schemas import SIDES
 
 #: Names of the teams of ``ROBOT_DTYPE``'s numbers, as the tables have them.
 BALL = "ball"
@@ -17,21 +16,19 @@ BALL = "ball"
 PLAY, STOP = "play", "stop"
 
 
-@dataclass(frozen=True, slots=True)
 class Content:
-    """A match to be exported.
+    """A match to be exported: its log, and its tables.
+
+    Args:
+        match: the match.
 
     Attributes:
         log: the match as it was recorded: axes of the pitch, home attacks as ``log.info.periods`` say.
-        trajectories: rows of schema Trajectories; they say when play is on. Without any it always is.
-        situations: rows of schema Situations.
-        possession: rows of schema Possession.
     """
 
-    log: MatchLog
-    trajectories: pl.DataFrame = field(default_factory=Trajectories.empty)
-    situations: pl.DataFrame = field(default_factory=Situations.empty)
-    possession: pl.DataFrame = field(default_factory=Possession.empty)
+    def __init__(self, match: MatchTables) -> None:
+        self.match = match
+        self.log = match.log
 
     def bodies(self) -> pl.DataFrame:
         """Every body at every sample as recorded, samples in the order of time, the ball first.
@@ -76,9 +73,8 @@ class Content:
     def in_play(self) -> pl.Series:
         """Mask of samples in play, in order of time, bool [F]."""
         times = pl.DataFrame({"t_ns": self.times()})
-        if self.trajectories.is_empty():
-            return pl.Series([True] * len(times))
-        on = self.trajectories.select("t_ns", on=pl.col("segment").is_not_null()).unique("t_ns", keep="first")
+        samples = self.match.trajectories.select("t_ns", on=pl.col("segment").is_not_null())
+        on = samples.unique("t_ns", keep="first")
         return times.join(on, on="t_ns", how="left", maintain_order="left")["on"].fill_null(value=False)
 
     def periods(self) -> tuple[Period, ...]:

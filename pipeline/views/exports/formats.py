@@ -21,12 +21,10 @@ class Format:
     Attributes:
         about: programs that read it, for people.
         write: function from a match to its files.
-        needs: nouns whose tables it needs, besides the match's log.
     """
 
     about: str
     write: Callable[[Content], FilesByEnding]
-    needs: tuple[str, ...] = ()
 
 
 def _provider(content: Content) -> FilesByEnding:
@@ -53,13 +51,12 @@ FORMATS: dict[str, Format] = {
     "csv": Format("the plain tracking table", lambda content: {"csv": tables.csv(content)}),
     "parquet": Format("the plain tracking table", lambda content: {"parquet": tables.parquet(content)}),
     "kloppy": Format(
-        _OF_PROVIDER.format("kloppy.secondspectrum.load(META, TRACKING)"), _provider,
-        ("trajectories", "events")),
+        _OF_PROVIDER.format("kloppy.secondspectrum.load(META, TRACKING)"), _provider),
     "floodlight": Format(
         _OF_PROVIDER.format("floodlight.io.secondspectrum.read_position_data_jsonl(TRACKING, META)"),
-        _provider, ("trajectories", "events")),
+        _provider),
     "foxglove": Format(
         "MCAP with Foxglove's schemas, for its 3D and Log panels",
-        lambda content: {"foxglove.mcap": foxglove.recording(content)}, ("situations",)),
-    "rerun": Format("a recording for Rerun's viewer, with its views", _rerun, ("situations",)),
+        lambda content: {"foxglove.mcap": foxglove.recording(content)}),
+    "rerun": Format("a recording for Rerun's viewer, with its views", _rerun),
 }

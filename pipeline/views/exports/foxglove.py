@@ -200,7 +200,7 @@ def _thinned(bodies: pl.DataFrame) -> Iterator[tuple[int, list[dict[str, Any]]]]
 def _situations(content: Content) -> Iterator[JsonMessage]:
     """Situation of each robot, over it and in the log: a text from its start to its end."""
     scales = SCALES[content.log.info.pitch.kind]
-    rows = content.situations.sort("start_ns", "team", "robot")
+    rows = content.match.situations.sort("start_ns", "team", "robot")
     changes = [(row["start_ns"], 1, row) for row in rows.to_dicts()]
     changes += [(row["end_ns"], 0, row) for row in rows.to_dicts()]
     doing: dict[str, str] = {}

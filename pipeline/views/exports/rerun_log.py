@@ -105,7 +105,8 @@ def _bodies(stream: rr.RecordingStream, content: Content) -> None:
 
 def _situations(stream: rr.RecordingStream, content: Content) -> None:
     """Situations of each robot, as a lane of states; no state where it does nothing that has a name."""
-    by = content.situations.with_columns(pl.col("team").cast(pl.String)).sort("team", "robot", "start_ns")
+    done = content.match.situations.with_columns(pl.col("team").cast(pl.String))
+    by = done.sort("team", "robot", "start_ns")
     for (team, robot), rows in by.partition_by(["team", "robot"], as_dict=True, maintain_order=True).items():
         starts, ends = rows["start_ns"].to_numpy(), rows["end_ns"].to_numpy()
         labels = [f"{code:03d} {name}" for code, name in rows.select("code", "name").iter_rows()]

@@ -105,7 +105,7 @@ def _metadata(content: Content, periods: tuple[Period, ...], times: I64, fps: in
 
 def _last_touch(content: Content, times: I64) -> list[str]:
     """Team that had the ball last, at each time."""
-    owned = content.possession.sort("start_ns")
+    owned = content.match.possession.sort("start_ns")
     if owned.is_empty():
         raise BadRecording(
             "nobody ever had the ball, and this form has to say who did", where=content.log.info.match_id,
@@ -118,7 +118,7 @@ def _last_touch(content: Content, times: I64) -> list[str]:
 
 def _speeds(content: Content) -> dict[tuple[int, str, int | None], float]:
     """Speed of each body by time, team and number, m/s, where it can be estimated."""
-    moving = content.trajectories.drop_nulls(["vx", "vy"]).select(
+    moving = content.match.trajectories.drop_nulls(["vx", "vy"]).select(
         "t_ns", pl.col("team").cast(pl.String), "robot",
         speed=(pl.col("vx").cast(pl.Float64) ** 2 + pl.col("vy").cast(pl.Float64) ** 2).sqrt().round(3))
     return {(t_ns, team, robot): speed for t_ns, team, robot, speed in moving.iter_rows()}

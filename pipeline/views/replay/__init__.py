@@ -25,8 +25,8 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.game.pitch import MARKINGS, SCALES, Kind, Pitch
-from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.views.replay.packing import (
     TURN,
     milliseconds,
@@ -35,7 +35,7 @@ from pitchlore.pipeline.views.replay.packing import (
     situated,
     tick_of,
 )
-from pitchlore.schemas import SIDES, Passes, Shots, note_on
+from pitchlore.schemas import SIDES, note_on
 
 #: Samples further apart are never joined, seconds.
 GAP_S = 0.5
@@ -63,24 +63,8 @@ WORN = ("blue", "yellow")
 _LONE = ('<p id="lone">The code of this page is missing: replay.js belongs into the folder above. '
          "Copy the scout's folder as a whole.</p>")
 
-#: Situations this far apart or further are not consecutive, seconds, unless the caller says otherwise.
-_APART_S = GramSettings().gap_s
-
-
 def page(
-    match: pl.DataFrame,
-    trajectories: pl.DataFrame,
-    situations: pl.DataFrame,
-    goals: pl.DataFrame,
-    referee: pl.DataFrame,
-    pitch: Pitch,
-    *,
-    hz: float = 20.0,
-    near: float = 0.0,
-    passes: pl.DataFrame | None = None,
-    shots: pl.DataFrame | None = None,
-    told: Sequence[tuple[int, str]] = (),
-    gap_s: float = _APART_S,
+    match: MatchTables, *, hz: float = 20.0, near: float = 0.0, told: Sequence[tuple[int, str]] = ()
 ) -> str:
     """The page as HTML; the same tables give the same page.
 
@@ -91,27 +75,18 @@ def page(
     and gaps stay missing.
 
     Args:
-        match: schema Matches, one row.
-        trajectories: schema Trajectories, of that match; at least one row.
-        situations: schema Situations, of that match.
-        goals: schema Goals, of that match.
-        referee: schema Referee, of that match.
-        pitch: the field of play.
+        match: its samples, situations, goals, passes and shots are shown.
         hz: most samples shown a second, in (0, 1000].
         near: how far from its place a body may be shown because of a sample that is left out, metres, at
             least 0.
-        passes: schema Passes, of that match; None: the page lists none.
-        shots: schema Shots, of that match; None: the page lists none.
         told: the commentary's sentences with their times, ns since the first sample, by time.
-        gap_s: two situations of a robot at least so far apart are not consecutive, seconds.
 
     Raises:
         NotFound: if there is nothing to show.
         BadSettings: if ``hz`` or ``near`` is out of its bounds.
         SchemaMismatch: if situations of one robot overlap.
     """
-    facts, packed = payload(match, trajectories, situations, goals, referee, pitch, hz=hz, near=near,
-                            passes=passes, shots=shots, told=told, gap_s=gap_s)
+    facts, packed = payload(match, hz=hz, near=near, told=told)
     return _filled(facts["home"], facts["away"], packed, source="", allowed="'unsafe-inline'",
                    style=f"<style>\n{style()}</style>", code=f"<script>\n{script()}\n</script>")
 
@@ -171,40 +146,27 @@ def _filled(
 
 
 def payload(
-    match: pl.DataFrame,
-    trajectories: pl.DataFrame,
-    situations: pl.DataFrame,
-    goals: pl.DataFrame,
-    referee: pl.DataFrame,
-    pitch: Pitch,
-    *,
-    hz: float = 20.0,
-    near: float = 0.0,
-    passes: pl.DataFrame | None = None,
-    shots: pl.DataFrame | None = None,
-    told: Sequence[tuple[int, str]] = (),
-    gap_s: float = _APART_S,
+    match: MatchTables, *, hz: float = 20.0, near: float = 0.0, told: Sequence[tuple[int, str]] = ()
 ) -> tuple[dict[str, Any], str]:
     """The facts of a match, and the payload (see the module); arguments and errors as for :func:`page`."""
     if not 0 < hz <= 1000:
         raise BadSettings(f"hz cannot be {hz}", where="replay", next_step="Choose one in (0, 1000]")
     if not 0 <= near < np.inf:
         raise BadSettings(f"near cannot be {near}", where="replay", next_step="Choose one of at least 0 m")
+    trajectories, situations = match.trajectories, match.situations
     if trajectories.is_empty():
-        name = str(match["match_id"][0])
-        raise NotFound("has no trajectories", where=name, next_step="Run `pitchlore run` on it first")
-    bodies, shown, quantum = _bodies(trajectories), _shown(trajectories, hz), quantum_of(pitch, near)
+        raise NotFound("has no trajectories", where=match.name, next_step="Run `pitchlore run` on it first")
+    bodies, shown, quantum = _bodies(trajectories), _shown(trajectories, hz), quantum_of(match.pitch, near)
     tick = tick_of(shown["t_ns"], situations)
     samples = samples_of(trajectories, bodies, shown, tick)
     if near:
         kept = samples.near(near)
         shown, samples = shown.filter(kept), samples.taken(kept)
-    done = situated(situations, bodies, gap_s, tick)
-    facts = _facts(match, bodies, shown, situations, goals, referee, pitch) | {
+    done = situated(situations, bodies, match.gap_s, tick)
+    facts = _facts(match, bodies, shown, situations) | {
         "quantum": quantum, "tick": tick, "situations": done.facts,
         "told": [(round(t_ns / 1e6), text) for t_ns, text in told],
-        "passes": _passes(Passes.empty() if passes is None else passes),
-        "shots": _shots(Shots.empty() if shots is None else shots)}
+        "passes": _passes(match.passes), "shots": _shots(match.shots)}
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     raw = struct.pack("<I", len(text)) + text + samples.packed(quantum) + done.packed
     return facts, base64.b64encode(zlib.compress(raw, 8)).decode("ascii")
@@ -242,16 +204,10 @@ def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
 
 
 def _facts(
-    match: pl.DataFrame,
-    bodies: pl.DataFrame,
-    shown: pl.DataFrame,
-    situations: pl.DataFrame,
-    goals: pl.DataFrame,
-    referee: pl.DataFrame,
-    pitch: Pitch,
+    match: MatchTables, bodies: pl.DataFrame, shown: pl.DataFrame, situations: pl.DataFrame
 ) -> dict[str, Any]:
     """The JSON half of the payload; all times are milliseconds since the first sample."""
-    row = match.row(0, named=True)
+    row, pitch, referee = match.matches.row(0, named=True), match.pitch, match.referee
     kept = ("match_id", "home", "away", "complete", "incomplete_reason")
     scales = SCALES[pitch.kind]
     scores = referee.drop_nulls(["score_home", "score_away"]).sort("t_ns", maintain_order=True)
@@ -271,7 +227,7 @@ def _facts(
         "bodies": bodies.select("team", "robot").rows(),
         "play": stretches.select("start", "end").rows(),
         "scores": scores.select(milliseconds("t_ns"), "score_home", "score_away").rows(),
-        "goals": goals.sort("t_ns").select(milliseconds("t_ns"), "team", "robot", "kind").rows(),
+        "goals": match.goals.sort("t_ns").select(milliseconds("t_ns"), "team", "robot", "kind").rows(),
         "events": events.select(milliseconds("t_ns"), "event", "team", "note").rows(),
         "families": FAMILIES,
         "names": {str(code): name for code, name in names.rows()},

@@ -9,7 +9,8 @@ import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.drawing import painting
-from pitchlore.pipeline.drawing.painting import ListPainter, Robot, Snapshot, clock, gif
+from pitchlore.pipeline.drawing.painting import ListPainter, Robot, Snapshot, clock, gif, png
+from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.game.pitch import Pitch
 
 #: GIF counts in hundredths of a second: 12.5 pictures a second.
@@ -25,20 +26,13 @@ _LISTED = 5
 _NS = 1_000_000_000
 
 
-def animation(
-    match: pl.DataFrame, trajectories: pl.DataFrame, situations: pl.DataFrame, referee: pl.DataFrame,
-    pitch: Pitch, *, start_s: float, seconds: float,
-) -> bytes:
+def animation(match: MatchTables, *, start_s: float, seconds: float) -> bytes:
     """Some seconds of a match as GIF; the same tables give the same bytes.
 
     Each picture shows the last sample before it. Equal pictures become one that stays longer.
 
     Args:
-        match: schema Matches, one row.
-        trajectories: schema Trajectories, of that match.
-        situations: schema Situations, of that match.
-        referee: schema Referee, of that match.
-        pitch: the field of play.
+        match: its samples, situations and referee's events are shown.
         start_s: where the film begins, seconds since the first sample; at least 0.
         seconds: how long it is at most, above 0 and at most :data:`LONGEST_S`; it ends with the match.
 
@@ -50,35 +44,44 @@ def animation(
         raise BadSettings(f"cannot show {seconds:g} s from {start_s:g} s on", where="replay", next_step=(
             f"Begin at 0 or later and show up to {LONGEST_S:g} s"))
     lasts = seconds_shown(match, start_s, seconds)
-    shown = list(_shown(match, trajectories, situations, referee, start_s, lasts))
+    shown = list(_shown(match, start_s, lasts))
     if not any(moment.robots or moment.trail for moment in shown):
-        name, length = match.select("match_id", "duration_s").row(0)
+        name, length = match.matches.select("match_id", "duration_s").row(0)
         raise NotFound(f"has nothing to show from {start_s:g} s on", where=str(name),
                        next_step=f"It is {length:.1f} s long; begin earlier")
-    return gif(list(_pictures(shown, pitch, match.select("home", "away").row(0))), STEP_MS)
+    return gif(list(_pictures(shown, match.pitch, match.matches.select("home", "away").row(0))), STEP_MS)
 
 
-def seconds_shown(match: pl.DataFrame, start_s: float, seconds: float) -> float:
-    """Duration of a film that ends with the match (schema Matches, one row), s; not above 0 after its end."""
-    return min(seconds, float(match["duration_s"].item()) - start_s)
+def still(match: MatchTables, at_s: float) -> bytes:
+    """One picture of a match as PNG; the same tables give the same bytes.
+
+    Args:
+        match: its samples, situations and referee's events are shown.
+        at_s: time of the picture, seconds since the first sample; it shows the last sample before it.
+    """
+    (shown,) = _shown(match, at_s, STEP_MS / 1000)
+    (picture,) = _pictures([shown], match.pitch, match.matches.select("home", "away").row(0))
+    return png(picture)
 
 
-def _shown(
-    match: pl.DataFrame, trajectories: pl.DataFrame, situations: pl.DataFrame, referee: pl.DataFrame,
-    start_s: float, seconds: float,
-) -> Iterator[Snapshot]:
+def seconds_shown(match: MatchTables, start_s: float, seconds: float) -> float:
+    """Duration of a film that ends with the match, s; not above 0 after its end."""
+    return min(seconds, float(match.matches["duration_s"].item()) - start_s)
+
+
+def _shown(match: MatchTables, start_s: float, seconds: float) -> Iterator[Snapshot]:
     """The pictures' contents, one every :data:`STEP_MS`."""
     start, stop = round(start_s * _NS), round((start_s + seconds) * _NS)
     t_ns, sample, segment = pl.col("t_ns"), pl.col("sample"), pl.col("segment")
     bodies = (
-        trajectories.filter(t_ns.is_between(start - _TRAIL_NS, stop)).sort("t_ns", "team", "robot")
+        match.trajectories.filter(t_ns.is_between(start - _TRAIL_NS, stop)).sort("t_ns", "team", "robot")
         .with_columns(pl.col("theta").fill_nan(None), sample=t_ns.rle_id())
     )
     # the trail does not lead over a restart, a jump or a sample without the ball
     cut = pl.col("suspect").shift() | segment.ne_missing(segment.shift()) | (sample.diff() > 1)
     balls = bodies.filter(team="ball").with_columns(stretch=cut.fill_null(value=True).cum_sum())
-    events = referee.sort("t_ns", maintain_order=True)
-    unknown = match.select("score_home", "score_away").row(0) == (None, None)
+    situations, events = match.situations, match.referee.sort("t_ns", maintain_order=True)
+    unknown = match.matches.select("score_home", "score_away").row(0) == (None, None)
     first = (None, None) if unknown else (0, 0)
     for now in range(start, stop, STEP_MS * 1_000_000):
         last = max(bodies.filter(t_ns.is_between(now - _STALE_NS, now))["sample"], default=-1)

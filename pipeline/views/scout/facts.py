@@ -1,4 +1,4 @@
-"""Facts of the pages about matches and teams, from tables."""
+"""Facts of the pages about matches and teams, from match."""
 
 from __future__ import annotations
 
@@ -8,29 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.schemas import SIDES
 
 #: Parts of a match in the pictures over time.
 PARTS = 40
-
-
-class Tables(NamedTuple):
-    """Tables of one match, rows of the schemas of these names."""
-
-    matches: pl.DataFrame
-    sides: pl.DataFrame
-    quality: pl.DataFrame
-    referee: pl.DataFrame
-    trajectories: pl.DataFrame
-    situations: pl.DataFrame
-    goals: pl.DataFrame
-    possession: pl.DataFrame
-    passes: pl.DataFrame
-    shots: pl.DataFrame
-    pressure: pl.DataFrame
-    restarts: pl.DataFrame
-    chances: pl.DataFrame
 
 
 class Numbers(NamedTuple):
@@ -65,25 +48,25 @@ class Numbers(NamedTuple):
     xg: float | None = None
 
 
-def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[str, Numbers]:
+def numbers(match: MatchTables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[str, Numbers]:
     """Each side in numbers, of what begins in an interval of a match, end exclusive."""
 
     def within(table: pl.DataFrame, column: str) -> pl.DataFrame:
         return table.filter(pl.col(column).is_between(start_ns, end_ns, closed="left"))
 
-    held = within(tables.possession, "start_ns").with_columns(
+    held = within(match.possession, "start_ns").with_columns(
         lasts=pl.min_horizontal("end_ns", pl.lit(end_ns)) - pl.col("start_ns"))
-    ball = within(tables.trajectories, "t_ns").filter(
+    ball = within(match.trajectories, "t_ns").filter(
         pl.col("team") == "ball", pl.col("segment").is_not_null())
     total = int(held["lasts"].sum())
     passes, shots, pressed, chances = (within(table, column) for table, column in (
-        (tables.passes, "t_ns"), (tables.shots, "t_ns"), (tables.pressure, "start_ns"),
-        (tables.chances, "t_ns")))
-    known = not tables.chances["xg"].null_count()
-    row = tables.matches.row(0, named=True)
-    unknown = tables.goals.is_empty() and any(row[f"score_{side}"] is None for side in SIDES)
+        (match.passes, "t_ns"), (match.shots, "t_ns"), (match.pressure, "start_ns"),
+        (match.chances, "t_ns")))
+    known = not match.chances["xg"].null_count()
+    row = match.matches.row(0, named=True)
+    unknown = match.goals.is_empty() and any(row[f"score_{side}"] is None for side in SIDES)
     whole = start_ns <= 0 and end_ns > row["duration_s"] * 1e9
-    scored = within(tables.goals, "t_ns")["team"].drop_nulls().cast(pl.String).to_list()
+    scored = within(match.goals, "t_ns")["team"].drop_nulls().cast(pl.String).to_list()
     ahead = float((ball["x"].to_numpy() > 0).mean()) if ball.height else 0.0
     found = dict[str, Numbers]()
     for side, territory in zip(SIDES, (ahead, 1 - ahead), strict=True):
@@ -129,15 +112,15 @@ class MatchPart(NamedTuple):
     territory: float | None
 
 
-def parts(tables: Tables) -> list[MatchPart]:
+def parts(match: MatchTables) -> list[MatchPart]:
     """Possession and territory in each of :data:`PARTS` parts of a match of equal length."""
-    end = max(int(tables.matches["duration_s"][0] * 1e9), 1)
+    end = max(int(match.matches["duration_s"][0] * 1e9), 1)
     edges = np.linspace(0, end, PARTS + 1)
     held = np.zeros((len(SIDES), PARTS))
-    for team, start, stop in tables.possession.select("team", "start_ns", "end_ns").iter_rows():
+    for team, start, stop in match.possession.select("team", "start_ns", "end_ns").iter_rows():
         overlap = np.minimum(stop, edges[1:]) - np.maximum(start, edges[:-1])
         held[SIDES.index(team)] += np.maximum(overlap, 0)
-    ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
+    ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     ahead, seen = (np.histogram(rows["t_ns"].to_numpy(), edges)[0]
                    for rows in (ball.filter(pl.col("x") > 0), ball))
 
@@ -149,10 +132,10 @@ def parts(tables: Tables) -> list[MatchPart]:
             for start, home, both, over, of in rows]
 
 
-def halves(tables: Tables) -> list[tuple[str, int, int]]:
+def halves(match: MatchTables) -> list[tuple[str, int, int]]:
     """The halves of a match: name, start and end, ns. Where the referee gave none, those of its time."""
-    end = int(tables.matches["duration_s"][0] * 1e9) + 1
-    given = tables.referee.filter(pl.col("event") == "half")["t_ns"].to_list()
+    end = int(match.matches["duration_s"][0] * 1e9) + 1
+    given = match.referee.filter(pl.col("event") == "half")["t_ns"].to_list()
     middle = next((int(at) for at in given if 0 < at < end), None)
     named = middle is not None
     middle = middle if middle is not None else end // 2
@@ -203,15 +186,15 @@ class ByLead(NamedTuple):
     lost: int
 
 
-def by_lead(tables: Tables) -> dict[str, dict[str, ByLead]]:
+def by_lead(match: MatchTables) -> dict[str, dict[str, ByLead]]:
     """Each side while it leads, is level and trails. What begins before a goal counts as before it.
 
     The score is that of the table goals; a goal of nobody knows whom changes nothing. Where nobody knows the
     final score, nobody knows who leads: no time counts.
     """
-    if tables.matches.select("score_home", "score_away").null_count().sum_horizontal()[0]:
+    if match.matches.select("score_home", "score_away").null_count().sum_horizontal()[0]:
         return {side: dict.fromkeys(LEADS, ByLead(0.0, 0.0, 0.0, 0, 0)) for side in SIDES}
-    goals = tables.goals.drop_nulls("team").sort("t_ns").select("t_ns", lead=pl.when(
+    goals = match.goals.drop_nulls("team").sort("t_ns").select("t_ns", lead=pl.when(
         pl.col("team") == SIDES[0]).then(1).otherwise(-1).cum_sum())
     score = pl.concat([pl.DataFrame({"t_ns": [-1], "lead": [0]}, schema=goals.schema), goals])
 
@@ -219,11 +202,11 @@ def by_lead(tables: Tables) -> dict[str, dict[str, ByLead]]:
         return table.sort(column).join_asof(
             score.rename({"t_ns": "since_ns"}), left_on=column, right_on="since_ns", strategy="backward")
 
-    end = int(tables.matches["duration_s"][0] * 1e9)
+    end = int(match.matches["duration_s"][0] * 1e9)
     spans = score.with_columns(t_ns=pl.col("t_ns").clip(lower_bound=0)).with_columns(
         lasts=pl.col("t_ns").shift(-1).fill_null(end) - pl.col("t_ns"))
-    held = at(tables.possession, "start_ns").with_columns(lasts=pl.col("end_ns") - pl.col("start_ns"))
-    shots = at(tables.shots.filter(pl.col("outcome") != "wide"), "t_ns")
+    held = at(match.possession, "start_ns").with_columns(lasts=pl.col("end_ns") - pl.col("start_ns"))
+    shots = at(match.shots.filter(pl.col("outcome") != "wide"), "t_ns")
     found: dict[str, dict[str, ByLead]] = {}
     for side, turn in zip(SIDES, (1, -1), strict=True):
         found[side] = {}

@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pitchlore.pipeline.base.text import number_of
-from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.content.chances import shots_over, with_chances
-from pitchlore.pipeline.views.scout.content.sources import Match, TeamName, events_of, sides_of
-from pitchlore.pipeline.views.scout.facts import Tables
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, over_sides, sides_of
 from pitchlore.pipeline.views.scout.scored import Scored, again, of_side, scored, summary
 from pitchlore.pipeline.views.scout.shooting import shooting
 from pitchlore.pipeline.views.scout.words import said
@@ -23,7 +21,7 @@ from pitchlore.pipeline.views.scout.zones import (
     played,
     samples,
 )
-from pitchlore.schemas import SIDES, Passes, Possession
+from pitchlore.schemas import SIDES
 
 
 class MatchAnswers(NamedTuple):
@@ -38,14 +36,14 @@ class MatchAnswers(NamedTuple):
     scored: list[Scored]
 
 
-def of_match(match: Match, tables: Tables, kept: MatchAnswers) -> dict[str, dict[str, Any]]:
+def of_match(match: LeagueMatch, kept: MatchAnswers) -> dict[str, dict[str, Any]]:
     """The answers about each side of a match."""
-    minutes, lengths = tables.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
-    shots = with_chances(tables)
+    minutes, lengths = match.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
+    shots = with_chances(match)
     found: dict[str, dict[str, Any]] = {}
     for side in SIDES:
         seen = played([(kept.robots[side], minutes)])
-        held, passes, own = (table.filter(team=side) for table in (tables.possession, tables.passes, shots))
+        held, passes, own = (table.filter(team=side) for table in (match.possession, match.passes, shots))
         found[side] = {
             "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
             "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
@@ -53,27 +51,27 @@ def of_match(match: Match, tables: Tables, kept: MatchAnswers) -> dict[str, dict
     return found
 
 
-def kept(match: Match, tables: Tables) -> MatchAnswers:
+def kept(match: LeagueMatch) -> MatchAnswers:
     """Samples of a match's robots, and its goals."""
-    return MatchAnswers(samples(tables.trajectories), goals_of(match, tables))
+    return MatchAnswers(samples(match.trajectories), goals_of(match))
 
 
 def of_team(
-    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """The answers about a team over its matches; ``lines`` are the league's, by match."""
     sides = [(match, side) for match in matches for side in sides_of(team, match)]
     lengths = {match.name: match.pitch.length for match in matches}
     seen = robots_of(sides, lines)
     return {
-        "losses": losses(events_of(store, sides, Possession), lengths, seen), "thirds": THIRDS,
-        "passing": passing(events_of(store, sides, Passes), lengths),
+        "losses": losses(over_sides(sides, LeagueMatch.possession), lengths, seen), "thirds": THIRDS,
+        "passing": passing(over_sides(sides, LeagueMatch.passes), lengths),
         "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
-        "shooting": shooting(shots_over(store, sides)), "scored": how(goals_over(sides, lines), seen)}
+        "shooting": shooting(shots_over(sides)), "scored": how(goals_over(sides, lines), seen)}
 
 
 def robots_of(
-    sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
+    sides: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
 ) -> dict[int, RobotNumbers]:
     """Roles and minutes of each robot of a team in its matches."""
     return played(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
@@ -81,15 +79,15 @@ def robots_of(
 
 
 def goals_over(
-    sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
+    sides: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
 ) -> list[Scored]:
     """The goals of a team in its matches, in their order."""
     return [goal for match, side in sides for goal in of_side(again(lines[match.name]["scored"]), side)]
 
 
-def goals_of(match: Match, tables: Tables) -> list[Scored]:
+def goals_of(match: LeagueMatch) -> list[Scored]:
     """The goals of a match whose team is known."""
-    return scored(tables.goals, tables.shots, tables.situations, match.pitch.length)
+    return scored(match.goals, match.shots, match.situations, match.pitch.length)
 
 
 def how(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> dict[str, Any]:

@@ -8,23 +8,19 @@ from typing import Any
 import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
-from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.scout.content.sources import Match, events_of
-from pitchlore.pipeline.views.scout.facts import Mean, Tables
-from pitchlore.schemas import Chances, Shots
+from pitchlore.pipeline.engine.tables import MatchTables
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, over_sides
+from pitchlore.pipeline.views.scout.facts import Mean
 
 
-def with_chances(tables: Tables) -> pl.DataFrame:
+def with_chances(match: MatchTables) -> pl.DataFrame:
     """The shots of a match with the column xg of the table chances."""
-    return _with(tables.shots, tables.chances)
+    return _with(match.shots, match.chances)
 
 
-def shots_over(store: Store, sides: Sequence[tuple[Match, str]]) -> pl.DataFrame:
+def shots_over(sides: Sequence[tuple[LeagueMatch, str]]) -> pl.DataFrame:
     """The shots of a team's sides in matches with the column xg of the table chances."""
-    chances = pl.concat([Chances.empty(), *(
-        store.read_table(match.made["chances"], "chances", Chances).filter(team=side)
-        for match, side in sides)])
-    return _with(events_of(store, sides, Shots), chances)
+    return _with(over_sides(sides, LeagueMatch.shots), over_sides(sides, LeagueMatch.chances))
 
 
 def _with(shots: pl.DataFrame, chances: pl.DataFrame) -> pl.DataFrame:
@@ -33,7 +29,7 @@ def _with(shots: pl.DataFrame, chances: pl.DataFrame) -> pl.DataFrame:
         chances.select(*key, "xg"), on=key, how="left", maintain_order="left", validate="1:1")
 
 
-def rests_on(match: Match, chances: pl.DataFrame) -> str:
+def rests_on(match: LeagueMatch, chances: pl.DataFrame) -> str:
     """A sentence on what a match's expected goals rest on, or why it has none; empty without a shot."""
     if chances.is_empty():
         return ""

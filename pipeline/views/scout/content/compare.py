@@ -9,11 +9,12 @@ from typing import Any
 import polars as pl
 
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.views.scout.content.matches import MEASURES
-from pitchlore.pipeline.views.scout.content.sources import Match, TeamName, against_itself, counted
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, against_itself, counted
 from pitchlore.pipeline.views.scout.content.teams import over
 from pitchlore.pipeline.views.scout.words import NAMES, short
 from pitchlore.schemas import SIDES, Behaviours
@@ -23,7 +24,7 @@ VERSIONS = 4
 
 
 def numbers(
-    league: Sequence[Match], teams: Sequence[TeamName], lines: Mapping[str, dict[str, Any]],
+    league: Sequence[LeagueMatch], teams: Sequence[TeamName], lines: Mapping[str, dict[str, Any]],
     versions: Sequence[Manifest],
 ) -> bytes:
     """A script that has the numbers of all matches and teams, and says which versions there are.
@@ -59,7 +60,7 @@ def versions(store: Store) -> list[Manifest]:
 
 
 def knowledge(
-    store: Store, manifest: Manifest, league: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+    store: Store, manifest: Manifest, league: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> bytes:
     """A script that has the behaviours of a version, each team's by itself and by evidence.
 
@@ -73,7 +74,7 @@ def knowledge(
         lines: the league's, by match.
     """
     minutes = _minutes(store, manifest, league, lines)
-    known = store.read_table(manifest, "behaviours", Behaviours).drop_nulls("team")
+    known = table_of(store, manifest, Behaviours).drop_nulls("team")
     return _script("scoutKnowledge", {"version": manifest.version, "teams": [{
         "name": name, "kind": kind, "minutes": None if minutes is None else minutes.get((name, kind)),
         "behaviours": rows.sort(*BY_EVIDENCE, descending=True).select(
@@ -82,7 +83,7 @@ def knowledge(
 
 
 def _minutes(
-    store: Store, manifest: Manifest, league: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+    store: Store, manifest: Manifest, league: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> dict[tuple[str, str], float] | None:
     """Minutes of play of each team (name and kind of pitch) over its sides; None where a match is unknown."""
     learned = {match for version in lineage(store, manifest) for match in learned_from(version)}

@@ -7,14 +7,14 @@ from typing import Any
 
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.scout.content.sources import Known, Match
+from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch
 
 #: Behaviours that the report names.
 BEHAVIOURS = 5
 _KEEPER = "goalkeeper"
 
 
-def matches_learned(store: Store, known: Known | None, league: Sequence[Match]) -> list[Match]:
+def matches_learned(store: Store, known: Known | None, league: Sequence[LeagueMatch]) -> list[LeagueMatch]:
     """The matches of a league that the newest knowledge was learned from; none without knowledge."""
     versions = () if known is None else lineage(store, known.manifest)
     learned = {match for version in versions for match in learned_from(version)}

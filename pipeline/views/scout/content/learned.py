@@ -8,9 +8,10 @@ from functools import cached_property
 import polars as pl
 
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt, canonical, digest
-from pitchlore.pipeline.views.scout.content.sources import Known, Match, TeamName
+from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.typical import typical
 from pitchlore.schemas import SIDES, Decisions, Grams, Neurons
 
@@ -30,7 +31,7 @@ class Learned:
         key: digest of all that is used.
     """
 
-    def __init__(self, store: Store, known: Known | None, league: Sequence[Match]) -> None:
+    def __init__(self, store: Store, known: Known | None, league: Sequence[LeagueMatch]) -> None:
         self._store = store
         self._teams = {(match.name, side): team for match in league
                        for side, team in zip(SIDES, (match.home, match.away), strict=True)}
@@ -77,18 +78,18 @@ class Learned:
     def _neurons(self) -> pl.DataFrame:
         if self._behaviours is None:
             return Neurons.empty()
-        return self._store.read_table(self._behaviours, "neurons", Neurons)
+        return table_of(self._store, self._behaviours, Neurons)
 
     @cached_property
     def _grams(self) -> pl.DataFrame:
         if self._behaviours is None:
             return Grams.empty()
-        return self._store.read_table(self._behaviours, "grams", Grams)
+        return table_of(self._store, self._behaviours, Grams)
 
     @cached_property
     def _decided(self) -> pl.DataFrame:
         return pl.concat([Decisions.empty(), *(
-            self._store.read_table(receipt, "decisions", Decisions).filter(pl.col("match_id").is_in(matches))
+            table_of(self._store, receipt, Decisions).filter(pl.col("match_id").is_in(matches))
             for receipt, matches in self._decisions.values())])
 
 

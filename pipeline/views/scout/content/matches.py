@@ -9,16 +9,15 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.views.commentary import Commentary, commentary
+from pitchlore.pipeline.views.commentary import Commentary
 from pitchlore.pipeline.views.commentary.words import called
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, told
 from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
 from pitchlore.pipeline.views.scout.content.chances import rests_on, size, with_chances, words_of
 from pitchlore.pipeline.views.scout.content.flaws import flaws
-from pitchlore.pipeline.views.scout.content.sources import Match, TeamName
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.facts import (
     Numbers,
-    Tables,
     by_lead,
     halves,
     markers,
@@ -48,21 +47,21 @@ _HOW = "how it came"
 _BEFORE_S = 1.0
 
 
-def facts(match: Match, tables: Tables, moments: Commentary, kept: MatchAnswers) -> dict[str, Any]:
+def facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> dict[str, Any]:
     """Content of the page of a match; ``moments`` are its commentary, ``kept`` as for :func:`line`."""
-    row, pitch = tables.matches.row(0, named=True), match.pitch
-    answers = of_match(match, tables, kept)
-    whole = [("whole match", 0, 1 << 62), *halves(tables)]
-    counts = [numbers(tables, start, end) for _, start, end in whole]
+    row, pitch = match.matches.row(0, named=True), match.pitch
+    answers = of_match(match, kept)
+    whole = [("whole match", 0, 1 << 62), *halves(match)]
+    counts = [numbers(match, start, end) for _, start, end in whole]
     sides, names = (match.home, match.away), called(match.home.name, match.away.name)
     changes = _changes(counts[1], counts[2], [(end - start) / 1e9 for _, start, end in whole[1:]])
-    each, goals = parts(tables), [
+    each, goals = parts(match), [
         (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "",
          f"goal for {names[team] if team else 'nobody knows whom'}")
-        for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()]
+        for t_ns, team in match.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
-        "score": score(row), "seconds": row["duration_s"], "flaws": _flaws(tables),
+        "score": score(row), "seconds": row["duration_s"], "flaws": _flaws(match),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "called": names, "changes": changes, "changed": told([
             (f"{names[side]}: {label}", changes[side][name])
@@ -75,27 +74,27 @@ def facts(match: Match, tables: Tables, moments: Commentary, kept: MatchAnswers)
                  [getattr(part, of) for part in each], goals, name, row["duration_s"], blank)}
             for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
                                     ("Territory over time", "territory", "ball not in play"))],
-        "goals": _goals(tables, moments, kept.scored), "told": _told(moments),
-        "shots": _shots(match, tables, names),
+        "goals": _goals(match, moments, kept.scored), "told": _told(moments),
+        "shots": _shots(match, names),
         "sides": [{"key": side, "name": team.name, "answers": answers[side],
-                   **_passes(tables, side, names[side], pitch)}
+                   **_passes(match, side, names[side], pitch)}
                   for side, team in zip(SIDES, sides, strict=True)],
-        "robots": _robots(match, tables),
+        "robots": _robots(match),
     }
 
 
-def line(match: Match, tables: Tables, kept: MatchAnswers) -> dict[str, Any]:
+def line(match: LeagueMatch, kept: MatchAnswers) -> dict[str, Any]:
     """A match's line in the league, JSON-able; ``kept`` is what the pages of its teams need of it."""
-    row, own, leads = tables.matches.row(0, named=True), numbers(tables), by_lead(tables)
-    ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
+    row, own, leads = match.matches.row(0, named=True), numbers(match), by_lead(match)
+    ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
     return {
-        "score": score(row), "seconds": row["duration_s"], "played_s": played_s(tables.trajectories),
+        "score": score(row), "seconds": row["duration_s"], "played_s": played_s(match.trajectories),
         "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
-        "flaws": _flaws(tables), "numbers": {side: it._asdict() for side, it in own.items()},
+        "flaws": _flaws(match), "numbers": {side: it._asdict() for side, it in own.items()},
         "any_moment": {side: list(it) for side, it in any_moment(
-            tables.trajectories, tables.shots, tables.referee).items()},
+            match.trajectories, match.shots, match.referee).items()},
         **kept._asdict(),
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
@@ -123,15 +122,8 @@ def score(row: dict[str, Any]) -> str:
     return " : ".join("?" if row[f"score_{side}"] is None else str(row[f"score_{side}"]) for side in SIDES)
 
 
-def _flaws(tables: Tables) -> str:
-    return flaws(tables.quality, tables.trajectories["frame"].n_unique())
-
-
-def told_of(match: Match, tables: Tables) -> Commentary:
-    """The commentary of a match."""
-    return commentary(
-        tables.matches, tables.referee, tables.goals, tables.situations, tables.trajectories,
-        tables.possession, tables.passes, tables.shots, match.pitch)
+def _flaws(match: LeagueMatch) -> str:
+    return flaws(match.recorded_quality, match.trajectories["frame"].n_unique())
 
 
 def _told(told: Commentary) -> list[dict[str, Any]]:
@@ -142,20 +134,20 @@ def _told(told: Commentary) -> list[dict[str, Any]]:
             for moment in told.moments]
 
 
-def _goals(tables: Tables, told: Commentary, scored: Sequence[Scored]) -> list[dict[str, Any]]:
+def _goals(match: LeagueMatch, told: Commentary, scored: Sequence[Scored]) -> list[dict[str, Any]]:
     """Each goal in the commentary's words and with its shot, and the clip that leads to it."""
     shots = {goal.t_ns: "no shot" if goal.distance is None else f"shot from {goal.distance:.2f} m"
              for goal in scored}
     said = [moment.line() for moment in told.moments if moment.kind == "goal"]
-    goals = tables.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
+    goals = match.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
     return [{"team": goal["team"] or "", "says": line, "shot": shots.get(goal["t_ns"], ""),
              "clip": clip_of(goal, _HOW)}
             for goal, line in zip(goals, said, strict=True)]
 
 
-def _shots(match: Match, tables: Tables, names: Mapping[str, str]) -> dict[str, Any]:
+def _shots(match: LeagueMatch, names: Mapping[str, str]) -> dict[str, Any]:
     rows, marks = [], []
-    for shot in with_chances(tables).iter_rows(named=True):
+    for shot in with_chances(match).iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
         at = shot["t_ns"] / 1e9
         says = f"{names[shot['team']]} {shot['robot']}: {words_of(shot)}"
@@ -165,14 +157,14 @@ def _shots(match: Match, tables: Tables, names: Mapping[str, str]) -> dict[str, 
         told = ("team", "robot", "distance", "speed", "xg", "outcome")
         rows.append({key: shot[key] for key in told}
                     | {"name": names[shot["team"]], "at": at, "watch": before(at)})
-    return {"rows": rows, "rests_on": rests_on(match, tables.chances),
+    return {"rows": rows, "rests_on": rests_on(match, match.chances),
             "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
 
 
-def _passes(tables: Tables, side: str, name: str, pitch: Pitch) -> dict[str, Any]:
+def _passes(match: LeagueMatch, side: str, name: str, pitch: Pitch) -> dict[str, Any]:
     """Passes and losses of a side, as a picture and as rows."""
-    own = tables.passes.filter(pl.col("team") == side)
-    lost = tables.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
+    own = match.passes.filter(pl.col("team") == side)
+    lost = match.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
     marks = [Mark(row["end_x"], row["end_y"], "mark lost", f"{row['last_robot']} loses the ball")
              for row in lost.iter_rows(named=True)]
     marks += [pass_arrow(row, side, pitch) for row in own.iter_rows(named=True)]
@@ -193,11 +185,11 @@ def before(at: float) -> float:
     return round(max(at - _BEFORE_S, 0.0), 2)
 
 
-def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:
+def _robots(match: LeagueMatch) -> list[dict[str, Any]]:
     """A heat map of each robot, as its team sees the pitch, and whom it is nearest to."""
     near = {(team, robot): (marks, share)
-            for team, robot, marks, share in markers(tables.trajectories).iter_rows()}
-    seen = tables.trajectories.filter(pl.col("team") != "ball", pl.col("segment").is_not_null())
+            for team, robot, marks, share in markers(match.trajectories).iter_rows()}
+    seen = match.trajectories.filter(pl.col("team") != "ball", pl.col("segment").is_not_null())
     seen = seen.with_columns(pl.col("team").cast(pl.String))
     found = []
     for (team, robot), rows in sorted(
@@ -212,6 +204,6 @@ def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:
     return found
 
 
-def menu(matches: Sequence[Match]) -> list[TeamName]:
+def menu(matches: Sequence[LeagueMatch]) -> list[TeamName]:
     """The teams of some matches, sorted."""
     return sorted({team for match in matches for team in (match.home, match.away)})

@@ -10,22 +10,20 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.content.answers import goals_over, robots_of, scores_by
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
 from pitchlore.pipeline.views.scout.content.sources import (
-    Match,
+    LeagueMatch,
     TeamName,
     against_itself,
     counted,
-    events_of,
+    over_sides,
     sides_of,
 )
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.restarts import SOON_S, paid, soon
 from pitchlore.pipeline.views.scout.scored import clip_of
 from pitchlore.pipeline.views.scout.zones import third
-from pitchlore.schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
 
 #: Matches that the report is made from, the newest; clips of a sentence.
 FROM, CLIPS = 20, 3
@@ -34,13 +32,12 @@ _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), 
 
 
 def facts(
-    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]],
+    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]],
     gallery: dict[str, Any],
 ) -> dict[str, Any]:
     """Content of the report on a team.
 
     Args:
-        store: the data folder.
         team: the team.
         matches: its matches.
         lines: the league's, by match.
@@ -49,18 +46,18 @@ def facts(
     last = matches[-FROM:]
     played = [(match, side) for match in last for side in sides_of(team, match)]
     behaviours = dangerous(gallery["cards"], gallery["sides"])
-    pitch, faced = matches[-1].pitch, events_of(store, played, Shots, own=False)
+    pitch, faced = matches[-1].pitch, over_sides(played, LeagueMatch.shots, own=False)
     return {
         "team": team, "counted": counted(len(last), against_itself(team, last)),
         "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
         "known": bool(gallery["cards"]),
         "sentences": [
             _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),
-            _losses(events_of(store, played, Possession), pitch),
-            _pressed(events_of(store, played, Pressure, own=False)),
-            _conceded(store, played, faced),
-            _keeper(store, played, faced, pitch),
-            _restarts(store, played),
+            _losses(over_sides(played, LeagueMatch.possession), pitch),
+            _pressed(over_sides(played, LeagueMatch.pressure, own=False)),
+            _conceded(played, faced),
+            _keeper(played, faced, pitch),
+            _restarts(played),
         ],
     }
 
@@ -107,11 +104,9 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
          for row in _spread(won).iter_rows(named=True)])
 
 
-def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataFrame) -> dict[str, Any]:
+def _conceded(played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame) -> dict[str, Any]:
     """Goals that the team conceded, and how; ``shots`` are those at its goal."""
-    goals = pl.concat([Goals.empty(), *(
-        store.read_table(match.made["goals"], "goals", Goals).filter(pl.col("team") != side)
-        for match, side in played)])
+    goals = over_sides(played, LeagueMatch.goals, own=False)
     kind = pl.col("kind").cast(pl.String).fill_null("of unknown kind")
     counts = goals.select(kind=kind).group_by("kind").len()
     kinds = ", ".join(f"{count} {kind}" for kind, count in counts.sort(
@@ -125,14 +120,12 @@ def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataF
         clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
 
 
-def _keeper(
-    store: Store, played: Sequence[tuple[Match, str]], faced: pl.DataFrame, pitch: Pitch
-) -> dict[str, Any]:
+def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
     """The team's goalkeeper."""
     places = [np.zeros((0, 2))]
     for match, side in played:
         turn = 1 if side == "home" else -1
-        seen = store.read_table(match.made["trajectories"], "trajectories", Trajectories).filter(
+        seen = match.trajectories.filter(
             pl.col("team") == side, pl.col("role") == "goalkeeper", pl.col("segment").is_not_null())
         places.append(turn * seen.select("x", "y").to_numpy())
     at = np.concatenate(places)
@@ -149,9 +142,9 @@ def _keeper(
          for row in _spread(saved).iter_rows(named=True)])
 
 
-def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
+def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
     """Outcomes of the team's restarts, by the numbers of its page."""
-    given = events_of(store, played, Restarts).filter("own")
+    given = over_sides(played, LeagueMatch.restarts).filter("own")
     led = given.filter(soon("shot_ns"))
     parts = ", ".join(
         f"{it.kind} {it.shot.hits} of {it.shot.n} [{it.shot.low:.0%}, {it.shot.high:.0%}]"

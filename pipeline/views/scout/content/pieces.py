@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.commentary import commentary
 from pitchlore.pipeline.views.scout.content import answers, maps, opponent, replays
 from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import teams as team_pages
 from pitchlore.pipeline.views.scout.content.learned import Learned
-from pitchlore.pipeline.views.scout.content.sources import Known, Match, TeamName
+from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.pages import page
 
 
@@ -25,7 +26,7 @@ class MatchTodo(NamedTuple):
         line: whether its line in the league is asked for.
     """
 
-    match: Match
+    match: LeagueMatch
     pages: Collection[str]
     line: bool
 
@@ -58,16 +59,16 @@ def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any])
 
 
 def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> MatchPages:
-    match, tables = todo.match, todo.match.tables(store)
-    told = cache(partial(match_pages.told_of, match, tables))
-    kept = cache(partial(answers.kept, match, tables))
+    match = todo.match.at(store, keep=True)
+    told = cache(partial(commentary, match))
+    kept = cache(partial(answers.kept, match))
     makers: dict[str, Callable[[], bytes]] = {
-        f"data/{match.name}.js": lambda: replays.data(match, tables, told()),
+        f"data/{match.name}.js": lambda: replays.data(match, told()),
         f"matches/{match.name}.html": lambda: page(
-            "match", up="../", of=match.name, **around, **match_pages.facts(match, tables, told(), kept())),
+            "match", up="../", of=match.name, **around, **match_pages.facts(match, told(), kept())),
     }
     return MatchPages({name: makers[name]() for name in todo.pages},
-                      match_pages.line(match, tables, kept()) if todo.line else None)
+                match_pages.line(match, kept()) if todo.line else None)
 
 
 class TeamTodo(NamedTuple):
@@ -84,10 +85,10 @@ class TeamTodo(NamedTuple):
     """
 
     team: TeamName
-    matches: list[Match]
+    matches: list[LeagueMatch]
     lines: dict[str, dict[str, Any]]
     known: Known | None
-    league: list[Match]
+    league: list[LeagueMatch]
     sides: int
     imitated: bool
 
@@ -107,22 +108,23 @@ def of_team(
         CorruptFile: if a file of the store is damaged.
     """
     store, slug = Store(data), team.team.slug
+    team = team._replace(matches=[match.at(store) for match in team.matches])
     behind = Learned(store, team.known, team.league)
-    shown = cache(partial(_gallery, store, team, behind))
+    shown = cache(partial(_gallery, team, behind))
     makers: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         f"teams/{slug}.html": ("team", lambda: {
-            "imitated": team.imitated, **team_pages.facts(store, team.team, team.matches, team.lines)}),
+            "imitated": team.imitated, **team_pages.facts(team.team, team.matches, team.lines)}),
         f"behaviours/{slug}.html": ("behaviours", shown),
         f"maps/{slug}.html": ("map", lambda: maps.facts(team.team, team.known, behind)),
         f"against/{slug}.html": ("opponent", lambda: opponent.facts(
-            store, team.team, team.matches, team.lines, shown())),
+            team.team, team.matches, team.lines, shown())),
     }
     return {name: page(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
 
 
-def _gallery(store: Store, team: TeamTodo, behind: Learned) -> dict[str, Any]:
+def _gallery(team: TeamTodo, behind: Learned) -> dict[str, Any]:
     found = None if team.known is None else team_pages.gallery(
-        store, team.team, team.matches, team.known, behind)
+        team.team, team.matches, team.known, behind)
     none = {"team": team.team, "version": "none", "total": 0, "roles": [], "cards": [], "every": [],
             "phrases": []}
     return (found or none) | {"sides": team.sides}

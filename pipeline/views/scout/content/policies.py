@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import looks
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.state.words import named
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
-from pitchlore.pipeline.views.scout.content.sources import Match, TeamName, team_name
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, team_name
 from pitchlore.pipeline.views.scout.pictures import bars, on_pitch
 from pitchlore.pipeline.views.scout.states import facts_of, shaded
 from pitchlore.pipeline.views.scout.words import of_behaviour
@@ -65,7 +66,7 @@ class Newest(NamedTuple):
         return [self.manifest.key, self.manifest.version, self.slug, pitch, moments]
 
 
-def newest_policies(store: Store, league: Sequence[Match]) -> list[Newest]:
+def newest_policies(store: Store, league: Sequence[LeagueMatch]) -> list[Newest]:
     """The newest policy of each team that policies imitate, the newest version first.
 
     The pitch is that of the team's last match, or its league's usual one.
@@ -78,7 +79,7 @@ def newest_policies(store: Store, league: Sequence[Match]) -> list[Newest]:
         if team not in found:
             played = [match.pitch for match in league if team is None or match.home.kind == team.kind]
             usual = PITCHES[Kind.VSSS if team is None else Kind(team.kind)]
-            own = [match.made["sequences"] for match in league if team in (None, match.home, match.away)]
+            own = [match.inputs["sequences"][0] for match in league if team in (None, match.home, match.away)]
             found[team] = Newest(manifest, team, played[-1] if played else usual, own[-_LOOKED_AT:])
     return list(found.values())
 
@@ -90,7 +91,7 @@ def summary(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any]]:
         line: dict[str, Any] = {"version": each.manifest.version, "team": each.team, "slug": each.slug,
                                 "told": each.told, "states": None, "unsure": None}
         if each.told:
-            states = store.read_table(each.manifest, "states", States)
+            states = table_of(store, each.manifest, States)
             line |= {"states": states.height, "unsure": _unsure_share(states)}
         lines.append(line)
     return lines
@@ -110,7 +111,7 @@ def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, A
     if not policy.told:
         return about | {"told": False}
     states, returned, values = (
-        store.read_table(policy.manifest, schema.NAME, schema) for schema in (States, Returns, Policies))
+        table_of(store, policy.manifest, schema) for schema in (States, Returns, Policies))
     if looks(policy.manifest):
         return about | {"told": True, "looks": _looks(store, policy, values, cards)}
     unsure = pl.col("verdict").is_in(["few", "close"])
@@ -148,10 +149,10 @@ def _looks(
     )
 
     seen = pl.concat([Sights.empty(), *(
-        store.read_table(receipt, Sights.NAME, Sights).filter(pl.col("code").is_null())
+        table_of(store, receipt, Sights).filter(pl.col("code").is_null())
         for receipt in policy.matches if Sights.NAME in receipt.files)])
     seen = seen.gather_every(max(1, -(-seen.height // _MOMENTS)))
-    found = preferred(values, store.read_table(policy.manifest, Appraisals.NAME, Appraisals), seen)
+    found = preferred(values, table_of(store, policy.manifest, Appraisals), seen)
     roles = []
     for role in ROLES:
         moments = found.filter(role=role)

@@ -9,25 +9,17 @@ from pitchlore.pipeline.game.pitch import SCALES
 from pitchlore.pipeline.views.commentary import Commentary
 from pitchlore.pipeline.views.replay import payload, script, style
 from pitchlore.pipeline.views.scout.content.learned import Learned
-from pitchlore.pipeline.views.scout.content.sources import Known, Match, TeamName
+from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.content.teams import on_page
-from pitchlore.pipeline.views.scout.facts import Tables
 
 #: Most samples a second in clips and replays, and how far they may show a robot from its place, in its radii.
 _HZ, _NEAR = 60.0, 1 / 2
 
 
-def gap_of(match: Match) -> float:
-    """Time between situations that are not consecutive, as the match's sequences were made with, seconds."""
-    return float(match.made["sequences"].settings["gap_s"])
-
-
-def data(match: Match, tables: Tables, told: Commentary) -> bytes:
+def data(match: LeagueMatch, told: Commentary) -> bytes:
     """The script with a match's payload: the clips and the replay load it."""
     packed = payload(
-        tables.matches, tables.trajectories, tables.situations, tables.goals, tables.referee, match.pitch,
-        hz=_HZ, near=_NEAR * SCALES[match.pitch.kind].robot_radius, passes=tables.passes,
-        shots=tables.shots, told=told.sentences(), gap_s=gap_of(match))[1]
+        match, hz=_HZ, near=_NEAR * SCALES[match.pitch.kind].robot_radius, told=told.sentences())[1]
     return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 
 

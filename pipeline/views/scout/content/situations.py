@@ -10,8 +10,7 @@ import polars as pl
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.situations.rulebook import rule_table, term_table, terms_used
 from pitchlore.pipeline.situations.rules import MACROS
-from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.scout.content.sources import Match
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch
 from pitchlore.pipeline.views.scout.curves import TermCurve, curves, swatch
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.words import NAMES
@@ -23,11 +22,11 @@ _KINDS = tuple(kind.value for kind in Kind)
 _CORNERS = ("a", "b", "c", "d", "rises_at", "falls_at")
 
 
-def facts(store: Store, league: Sequence[Match]) -> dict[str, Any]:
+def facts(league: Sequence[LeagueMatch]) -> dict[str, Any]:
     """Content of the page."""
     each = {kind: [match for match in league if match.pitch.kind.value == kind] for kind in _KINDS}
     rows = pl.concat([Situations.empty().with_columns(kind=pl.lit("")), *(
-        store.read_table(match.made["situations"], "situations", Situations).with_columns(kind=pl.lit(kind))
+        match.situations.with_columns(kind=pl.lit(kind))
         for kind, matches in each.items() for match in matches[-FROM:])])
     counts = rows.group_by("kind", "code").len()
     share = counts.with_columns(share=pl.col("len") / pl.col("len").sum().over("kind")).sort("kind")

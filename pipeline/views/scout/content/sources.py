@@ -9,36 +9,15 @@ from typing import NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.engine.inputs import StoreInputs
+from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.tables import MatchTables, TableOf
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Manifest, Receipt, canonical, digest
-from pitchlore.pipeline.views.scout.facts import Tables
-from pitchlore.schemas import (
-    SIDES,
-    Behaviours,
-    Chances,
-    Goals,
-    Matches,
-    Passes,
-    Possession,
-    Pressure,
-    Quality,
-    Referee,
-    Restarts,
-    Sequences,
-    Shots,
-    Sides,
-    Situations,
-    Table,
-    Trajectories,
-)
+from pitchlore.pipeline.store.receipts import Manifest, canonical, digest
+from pitchlore.schemas import SIDES, Behaviours
 
-#: Tables of a match by the noun that makes them.
-_TABLES = {
-    "matches": (Matches, Quality, Referee), "sides": (Sides,), "trajectories": (Trajectories,),
-    "situations": (Situations,), "goals": (Goals,), "events": (Possession, Passes, Shots, Pressure, Restarts),
-    "chances": (Chances,),
-}
+#: The nouns whose tables the pages of a match show.
+_NOUNS = ("matches", "sides", "trajectories", "situations", "goals", "events", "chances")
 
 
 class TeamName(NamedTuple):
@@ -65,63 +44,52 @@ def readable(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")[:40]
 
 
-class Match(NamedTuple):
-    """A match that has run.
+class LeagueMatch(MatchTables):
+    """A match of a data folder that has run.
 
-    Attributes:
-        log: receipt of its log.
-        made: receipts of what was made from it, by noun.
+    Args:
+        inputs: its nouns.
         home, away: its teams.
     """
 
-    log: Receipt
-    made: dict[str, Receipt]
-    home: TeamName
-    away: TeamName
+    inputs: StoreInputs
 
-    @property
-    def name(self) -> str:
-        """Its id."""
-        return self.log.name
+    def __init__(self, inputs: StoreInputs, home: TeamName, away: TeamName) -> None:
+        super().__init__(inputs)
+        self.home, self.away = home, away
 
-    @property
-    def pitch(self) -> Pitch:
-        """Its pitch."""
-        return Pitch.model_validate(self.log.details["pitch"])
+    def at(self, store: Store, *, keep: bool = False) -> LeagueMatch:
+        """The match read through another store of the same data; ``keep`` keeps the tables in memory."""
+        return LeagueMatch(self.inputs.at(store, seen={} if keep else None), self.home, self.away)
 
     @property
     def goals_at_least(self) -> int:
         """Number of goals that expected goals need, by the settings that its chances were made with."""
-        return int(self.made["chances"].details["goals_at_least"])
+        return int(self.inputs.details("chances")["goals_at_least"])
+
+    @property
+    def sequences_digests(self) -> dict[str, str]:
+        """SHA-256 of the files of its sequences."""
+        return self.inputs["sequences"][0].digests()
 
     def key(self, *besides: object) -> str:
-        """Digest of its tables, and of what else a page is made from."""
-        receipts = (self.log, *(self.made[noun] for noun in _TABLES if noun in self.made))
-        files = [receipt.digests() for receipt in receipts]
+        """Digest of the tables that its pages show, and of what else a page is made from."""
+        files = [receipt.digests() for noun in _NOUNS for receipt in self.inputs[noun]]
         return digest(canonical([files, *besides]))
 
-    def tables(self, store: Store) -> Tables:
-        """Its tables."""
-        found = {}
-        for noun, schemas in _TABLES.items():
-            receipt = self.log if noun == "matches" else self.made[noun]
-            for schema in schemas:
-                found[schema.NAME] = store.read_table(receipt, schema.NAME, schema)
-        return Tables(**found)
 
-
-def played(store: Store) -> Iterator[Match]:
+def played(store: Store) -> Iterator[LeagueMatch]:
     """The matches that have run up to their events and sequences, sorted by id; others are left out."""
-    wanted = [noun for noun in _TABLES if noun != "matches"]
     for log in store.receipts("matches"):
-        made = {noun: receipt for noun in (*wanted, "sequences")
-                if (receipt := store.receipt(noun, log.name)) is not None}
-        if len(made) == len(wanted) + 1:
+        made = {noun: store.receipt(noun, log.name) for noun in (*_NOUNS[1:], "sequences")}
+        there = {noun: (receipt,) for noun, receipt in made.items() if receipt is not None}
+        if len(there) == len(made):
             kind = log.details["pitch"]["kind"]
-            yield Match(log, made, *(team_name(log.details[side], kind) for side in SIDES))
+            teams = (team_name(log.details[side], kind) for side in SIDES)
+            yield LeagueMatch(StoreInputs(store, {"matches": (log,), **there}), *teams)
 
 
-def chosen(league: Sequence[Match], names: Sequence[str]) -> list[Match]:
+def chosen(league: Sequence[LeagueMatch], names: Sequence[str]) -> list[LeagueMatch]:
     """The matches of some teams, and those whose ids are named or begin so; all without names.
 
     Raises:
@@ -142,7 +110,7 @@ def chosen(league: Sequence[Match], names: Sequence[str]) -> list[Match]:
     return [match for match in league if match.name in kept]
 
 
-def sides_of(team: TeamName, match: Match) -> list[str]:
+def sides_of(team: TeamName, match: LeagueMatch) -> list[str]:
     """The sides that a team plays in a match; both, if it plays itself."""
     return [side for side, own in zip(SIDES, (match.home, match.away), strict=True) if own == team]
 
@@ -156,7 +124,7 @@ def counted(matches: int, itself: int) -> str:
     return f"{says}, {which} against itself, which {'counts' if itself == 1 else 'count'} from both sides"
 
 
-def against_itself(team: TeamName, matches: Sequence[Match]) -> int:
+def against_itself(team: TeamName, matches: Sequence[LeagueMatch]) -> int:
     """How many of some matches a team plays against itself."""
     return sum(match.home == match.away == team for match in matches)
 
@@ -192,19 +160,18 @@ def newest(store: Store) -> Known | None:
         return None
     before = Behaviours.empty()
     if manifest.parent is not None:
-        before = store.read_table(store.manifest("knowledge", manifest.parent), "behaviours", Behaviours)
-    return Known(manifest, store.read_table(manifest, "behaviours", Behaviours), before)
+        before = table_of(store, store.manifest("knowledge", manifest.parent), Behaviours)
+    return Known(manifest, table_of(store, manifest, Behaviours), before)
 
 
-def events_of(
-    store: Store, played: Sequence[tuple[Match, str]], schema: type[Table], *, own: bool = True
+def over_sides(
+    played: Sequence[tuple[LeagueMatch, str]], table: TableOf, *, own: bool = True
 ) -> pl.DataFrame:
-    """A table of events over a team's sides in matches: its own rows, or those of its adversaries."""
-    return pl.concat([schema.empty(), *(
-        store.read_table(match.made["events"], schema.NAME, schema).filter((pl.col("team") == side) == own)
-        for match, side in played)])
+    """A table over a team's sides in matches: its own rows, or those of its adversaries."""
+    return pl.concat([table.schema.empty(), *(
+        table.of(match).filter((pl.col("team") == side) == own) for match, side in played)])
 
 
-def sequence(store: Store, match: Match, side: str) -> pl.DataFrame:
+def sequence(match: LeagueMatch, side: str) -> pl.DataFrame:
     """The sequences of one side of a match."""
-    return store.read_table(match.made["sequences"], "sequences", Sequences).filter(pl.col("team") == side)
+    return match.sequences.filter(pl.col("team") == side)

@@ -10,18 +10,17 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.content.answers import of_team
 from pitchlore.pipeline.views.scout.content.chances import known_in, shots_over, size, words_of
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.matches import MEASURES, before
 from pitchlore.pipeline.views.scout.content.sources import (
     Known,
-    Match,
+    LeagueMatch,
     TeamName,
     against_itself,
     counted,
-    events_of,
+    over_sides,
     sequence,
     sides_of,
 )
@@ -36,7 +35,7 @@ from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, pai
 from pitchlore.pipeline.views.scout.restarts import over_matches as any_moment
 from pitchlore.pipeline.views.scout.transitions import Followed, around, transitions
 from pitchlore.pipeline.views.scout.words import of_behaviour, said
-from pitchlore.schemas import SIDES, Goals, Passes, Possession, Restarts, Shots, Trajectories, note_on
+from pitchlore.schemas import SIDES, note_on
 
 #: Matches that clips are taken from: the newest.
 FROM = 40
@@ -54,7 +53,7 @@ _ATTACKS = "It attacks to the right."
 
 
 def facts(
-    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Content of a team's page on its matches; ``lines`` are the league's, by match."""
     rows = []
@@ -72,16 +71,17 @@ def facts(
     own, other = over(team, matches, lines)
     return {
         "team": team, "matches": rows, "counted": counted(len(matches), against_itself(team, matches)),
-        "answers": of_team(store, team, matches, lines), "measures": MEASURES, "own": own, "other": other,
+        "answers": of_team(team, matches, lines), "measures": MEASURES, "own": own, "other": other,
         "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
-        "pictures": _pictures(store, team, matches),
-        "restarts": paid(events_of(store, played, Restarts)), "soon_s": SOON_S, "any": any_moment(moments),
+        "pictures": _pictures(team, matches),
+        "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
+        "any": any_moment(moments),
         "leads": [_led(name, each) for name, each in leads.items()],
     }
 
 
 def over(
-    team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> list[dict[str, Mean | None]]:
     """A team's numbers over its matches, and those of its adversaries."""
     found: list[list[tuple[Numbers, float]]] = [[], []]
@@ -107,14 +107,14 @@ def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
     }
 
 
-def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[dict[str, Any]]:
+def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, Any]]:
     """Where a team loses the ball, shoots, passes and stands with and without the ball."""
     pitch = matches[-1].pitch
     same = [match for match in matches if match.pitch == pitch]
     sides = [(match, side) for match in same for side in sides_of(team, match)]
-    losses = events_of(store, sides, Possession).filter(pl.col("ended") == "lost")
-    arrows, shots = events_of(store, sides, Passes), shots_over(store, sides)
-    places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
+    losses = over_sides(sides, LeagueMatch.possession).filter(pl.col("ended") == "lost")
+    arrows, shots = over_sides(sides, LeagueMatch.passes), shots_over(sides)
+    places = [places_of(match, side) for match in same[-8:] for side in sides_of(team, match)]
     keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
     count = len(same[-8:])
     last = "its last match" if count == 1 else f"its last {count} matches"
@@ -155,13 +155,13 @@ def _shots(shots: pl.DataFrame) -> list[Mark]:
     return marks
 
 
-def places_of(store: Store, match: Match, side: str) -> pl.DataFrame:
+def places_of(match: LeagueMatch, side: str) -> pl.DataFrame:
     """Places of a side's robots in play, as it sees them, with whether it has the ball then."""
-    held = store.read_table(match.made["events"], "possession", Possession).select(
+    held = match.possession.select(
         t_ns="start_ns", owner=pl.col("team").cast(pl.String), until="end_ns").sort("t_ns")
     turn = 1 if side == "home" else -1
     return (
-        store.read_table(match.made["trajectories"], "trajectories", Trajectories)
+        match.trajectories
         .filter(pl.col("team") == side, pl.col("segment").is_not_null(), pl.col("frame") % 5 == 0)
         .select("t_ns", "robot", "role", x=turn * pl.col("x"), y=turn * pl.col("y")).sort("t_ns")
         .join_asof(held, on="t_ns", strategy="backward").filter(pl.col("t_ns") < pl.col("until"))
@@ -180,7 +180,7 @@ def formation(places: pl.DataFrame, pitch: Pitch) -> Any:
 
 
 def gallery(
-    store: Store, team: TeamName, matches: Sequence[Match], known: Known, learned: Learned
+    team: TeamName, matches: Sequence[LeagueMatch], known: Known, learned: Learned
 ) -> dict[str, Any] | None:
     """Content of the page of a team's behaviours; None if it has none of its own."""
     own = known.of(team)
@@ -190,7 +190,7 @@ def gallery(
     shown = lying(leading(every), learned.grams(team))
     pitch, newest = matches[-1].pitch, matches[-FROM:]
     ids = shown["behaviour_id"].to_list()
-    seen = [_seen(store, match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
+    seen = [_seen(match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
     ways = paths(pl.concat(rows for match, rows in zip(newest, seen, strict=True) if match.pitch == pitch))
     led = following(pl.concat(seen))
     by_behaviour, near = clips(pl.concat(seen)), around(transitions(learned.decisions(team)))
@@ -230,13 +230,11 @@ def _typical(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
     return own.join(learned.typical(team), on=["role", "codes"], how="left", maintain_order="left")
 
 
-def _seen(store: Store, match: Match, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:
+def _seen(match: LeagueMatch, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:
     """The occurrences of all of a team's behaviours in a match, with their places and what followed."""
-    found = pl.concat([occurrences(sequence(store, match, side), own) for side in sides_of(team, match)])
-    trajectories = store.read_table(match.made["trajectories"], "trajectories", Trajectories)
-    return followed_by(
-        placed(found, trajectories), store.read_table(match.made["events"], "shots", Shots),
-        store.read_table(match.made["goals"], "goals", Goals), trajectories)
+    found = pl.concat([occurrences(sequence(match, side), own) for side in sides_of(team, match)])
+    trajectories = match.trajectories
+    return followed_by(placed(found, trajectories), match.shots, match.goals, trajectories)
 
 
 def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict[str, Any]:

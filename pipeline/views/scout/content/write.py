@@ -26,7 +26,7 @@ from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, of_team
 from pitchlore.pipeline.views.scout.content.sources import (
-    Match,
+    LeagueMatch,
     TeamName,
     chosen,
     newest,
@@ -96,7 +96,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
         sum(len(sides_of(team, match)) for match in learned_of),
         any(policy.team == team for policy in policies)) for team in teams]
     keys = {it.team: digest(canonical([
-        code, teams, [match.key(match.made["sequences"].digests()) for match in it.matches],
+        code, teams, [match.key(match.sequences_digests) for match in it.matches],
         version, known and known.manifest.key, behind.key, it.imitated, it.sides])) for it in by_team}
     _teams(store, folder, by_team, keys, around | {
         "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
@@ -106,7 +106,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
         _row(match, lines[match.name]) for match in league]))
     folder.put("situations.html", everything, lambda: page(
-        "situations", **around, **situation_pages.facts(store, league)))
+        "situations", **around, **situation_pages.facts(league)))
     versions = compare.versions(store)
     folder.put("words.html", digest(canonical([code, teams])), lambda: page("words", **around))
     folder.put("compare.html", digest(canonical([code, teams])), lambda: page("compare", **around))
@@ -145,7 +145,7 @@ def write_after(store: Store, report: RunReport) -> None:
 
 
 def _matches(
-    store: Store, folder: Folder, league: Sequence[Match], around: dict[str, Any]
+    store: Store, folder: Folder, league: Sequence[LeagueMatch], around: dict[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Write the pages and the data of the matches. Returns their lines in the league, by their ids."""
     lines: dict[str, dict[str, Any]] = {}
@@ -154,7 +154,7 @@ def _matches(
     for match in league:
         replay = linked(match.name, match.home.name, match.away.name).encode()
         folder.put(f"replays/{match.name}.html", digest(replay), lambda replay=replay: replay)  # type: ignore[misc]
-        key = match.key(around["made"], replays.gap_of(match))
+        key = match.key(around["made"], match.gap_s)
         keys[match.name] = own = {
             f"data/{match.name}.js": key,
             f"matches/{match.name}.html": match.key(around["made"], around["menu"], match.goals_at_least)}
@@ -215,7 +215,7 @@ def _policies(
         folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), made)
 
 
-def _row(match: Match, line: dict[str, Any]) -> dict[str, Any]:
+def _row(match: LeagueMatch, line: dict[str, Any]) -> dict[str, Any]:
     """A match as the league's page shows it."""
     numbers = line["numbers"]
     return {

@@ -1,0 +1,278 @@
+"""A league: all matches of a data folder, and what was learned from them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import polars as pl
+
+from pitchlore.pipeline.base.errors import BadQuery, BadSettings, NotFound
+from pitchlore.pipeline.engine.catalog import distrust, files_of, refresh
+from pitchlore.pipeline.engine.folder import existing
+from pitchlore.pipeline.engine.outputs import find_match, match_names
+from pitchlore.pipeline.engine.tables import stored_match
+from pitchlore.pipeline.face.match import Match
+from pitchlore.pipeline.face.versions import Knowledge, Policy
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask, relation
+from pitchlore.pipeline.store.tables import scan
+from pitchlore.schemas import PUBLIC
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.store.query import Relation
+    from pitchlore.pipeline.views.decided import Dataset
+    from pitchlore.pipeline.views.scout.content.write import WrittenPages
+
+_log = logging.getLogger(__name__)
+#: Columns of the table of a league's matches.
+_SHOWN = "match_id, home, away, score_home, score_away, duration_s, hz, complete"
+
+
+def open(data: str | Path = "data") -> League:  # noqa: A001 (as one says it)
+    """The league in a data folder, which `pitchlore import` and `pitchlore run` fill.
+
+    Args:
+        data: the folder, or the URL of a bucket.
+
+    Returns:
+        The league. It is read only when something is asked for.
+
+    Raises:
+        NotFound: if the folder does not exist, or is no data folder.
+        BadSettings: if it is a file, or if the environment does not say how a bucket is reached.
+        StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
+
+    Examples:
+        >>> league = pitchlore.open(data)
+        >>> len(league.matches)
+        1
+    """
+    return League(existing(Path(data)))
+
+
+class Matches(Mapping[str, Match]):
+    """The matches of a league by id; the beginning of an id will do. A notebook shows them as a table.
+
+    Args:
+        league: the league.
+    """
+
+    def __init__(self, league: League) -> None:
+        self._league = league
+
+    def __getitem__(self, match: str) -> Match:
+        return self._league.match(match)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(match_names(self._league.store))
+
+    def __len__(self) -> int:
+        return len(match_names(self._league.store))
+
+    def __contains__(self, match: object) -> bool:
+        return match in match_names(self._league.store)
+
+    @property
+    def frame(self) -> pl.DataFrame:
+        """The matches with teams, score, duration [s] and rate [Hz], a row each, sorted by id."""
+        return self._league.ask(f"select {_SHOWN} from matches order by match_id")  # noqa: S608 (a constant)
+
+    def __repr__(self) -> str:
+        return repr(self.frame)
+
+    def _repr_html_(self) -> str:
+        return self.frame._repr_html_()
+
+
+class League:
+    """All matches of a data folder, and what was learned from them; :func:`pitchlore.open` gives one.
+
+    Args:
+        store: the data folder.
+        say: receives warnings, a line each: damaged files that an answer leaves out, the age of a copy.
+
+    Examples:
+        >>> league = pitchlore.open(data)
+        >>> league.sql("select count(*) as goals from goals").fetchall()
+        [(2,)]
+        >>> league.lazy("passes").select("team").collect().height
+        3
+    """
+
+    def __init__(self, store: Store, say: Callable[[str], None] = _log.warning) -> None:
+        self.store = store
+        self._say = say
+
+    def __repr__(self) -> str:
+        return f"<League {self.store.where}: {len(self.matches)} matches>"
+
+    @property
+    def matches(self) -> Matches:
+        """The matches by id: ``league.matches["derby"]`` is a :class:`pitchlore.Match`."""
+        return Matches(self)
+
+    def match(self, match: str) -> Match:
+        """A match by its id.
+
+        Args:
+            match: the id, or its beginning.
+
+        Raises:
+            NotFound: if it fits no match or several; of a match of a season, the error names its folder.
+        """
+        return Match(stored_match(self.store, find_match(self.store, match), seen={}), self.store)
+
+    @staticmethod
+    def tables() -> pl.DataFrame:
+        """The columns of all public tables: table, column, type, and meaning with its unit."""
+        return pl.DataFrame([
+            {"table": name, "column": column, "type": str(schema.dtypes()[column]), "meaning": meaning}
+            for name, schema in PUBLIC.items() for column, meaning in schema.meanings().items()
+        ])
+
+    def sql(self, query: str, *parameters: object) -> Relation:
+        """A query of all tables in DuckDB's SQL, which can only read.
+
+        Args:
+            query: one statement.
+            parameters: values for its ``?``, in order.
+
+        Returns:
+            DuckDB's relation: ``.pl()`` gives a frame, ``.fetchall()`` rows; a notebook shows it. It reads
+            the files when its rows are asked for.
+
+        Raises:
+            BadQuery: if the statement does not only read, or if DuckDB refuses it.
+        """
+        return relation(self._catalogue(), query, parameters)
+
+    def ask(self, query: str, *parameters: object) -> pl.DataFrame:
+        """The rows of a query as a frame, all of them in memory; Ctrl-C stops it.
+
+        Args:
+            query: one statement of DuckDB's SQL that only reads.
+            parameters: values for its ``?``, in order.
+
+        Raises:
+            BadQuery: if the statement does not only read; if DuckDB refuses it; if a column has no equal in
+                a frame.
+        """
+        with self.store.keeping():
+            path = self._catalogue()
+            try:
+                return ask(path, query, parameters)
+            except BadQuery as error:
+                if str(self.store.root.resolve()) not in str(error):
+                    raise
+            # DuckDB cannot read a file: its bytes changed, while its size and time did not
+            distrust(self.store)
+            return ask(self._catalogue(), query, parameters)
+
+    def lazy(self, table: str) -> pl.LazyFrame:
+        """A table over all matches as a lazy frame, for what does not fit in memory.
+
+        It scans the files that the receipts name, never a folder.
+
+        Args:
+            table: name of a public table.
+
+        Raises:
+            BadSettings: if there is no such table.
+        """
+        if table not in PUBLIC:
+            raise BadSettings(f"there is no table {table!r}", next_step=f"Name one of {', '.join(PUBLIC)}")
+        self._catalogue()
+        found = scan(files_of(self.store, table), PUBLIC[table])
+        if "match_id" not in PUBLIC[table].columns() or table == "matches":
+            return found
+        return found.filter(pl.col("match_id").is_in(match_names(self.store)))
+
+    @property
+    def versions(self) -> dict[str, list[int]]:
+        """Numbers of the versions of ``knowledge`` and ``policies``, ascending."""
+        return {noun: self.store.versions(noun) for noun in ("knowledge", "policies")}
+
+    def knowledge(self, version: int | None = None) -> Knowledge:
+        """A version of the knowledge.
+
+        Args:
+            version: its number; None: the newest.
+
+        Raises:
+            NotFound: if there is no such version.
+        """
+        return Knowledge(self.store, self.store.manifest("knowledge", self._numbered("knowledge", version)))
+
+    def policy(self, version: int | None = None) -> Policy:
+        """A version of the policy.
+
+        Args:
+            version: its number; None: the newest.
+
+        Raises:
+            NotFound: if there is no such version.
+        """
+        return Policy(self.store, self.store.manifest("policies", self._numbered("policies", version)))
+
+    def scout(
+        self, *names: str, folder: str | Path | None = None, on: str | None = None
+    ) -> WrittenPages:
+        """Write web pages about the league, its matches, teams and behaviours; pages that stand are kept.
+
+        Args:
+            names: teams or matches (ids, or their beginnings) that the pages are of; without any all.
+            folder: folder to write into; None: ``scout`` in the data folder, or one for the named ones.
+            on: where pages are made: threads:N, processes:N, dask:local:N or dask://HOST:PORT; None: what
+                PITCHLORE_ON says, else processes.
+
+        Returns:
+            The first page, the numbers of pages written and kept, and the folder's size in bytes.
+
+        Raises:
+            NotFound: if no match has run, or if a name fits none.
+            BadSettings: if the data folder is a bucket, and no folder is named.
+        """
+        from pitchlore.pipeline.engine.placement.places import placed  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.scout.content.write import write  # noqa: PLC0415 (loaded when asked for)
+
+        with placed(on, self.store.root):
+            return write(self.store, None if folder is None else Path(folder), names)
+
+    def minari(self, dataset: str, *matches: str) -> Dataset:
+        """Write decisions of matches as a dataset of Minari, where Minari keeps its own.
+
+        Args:
+            dataset: id of the dataset: ``NAME-v0`` or ``NAMESPACE/NAME-v0``.
+            matches: ids of matches, or their beginnings; without any, all that have decisions.
+
+        Returns:
+            Path, numbers of episodes and steps, behaviours and matches of the dataset.
+
+        Raises:
+            NotFound: if Minari is not installed, or if there are no such decisions.
+            BadSettings: if the id is none of Minari's, or is taken.
+        """
+        from pitchlore.pipeline.views.decided import write  # noqa: PLC0415 (loaded when asked for)
+
+        return write(self.store, dataset, matches)
+
+    def _catalogue(self) -> Path:
+        """The catalogue, brought up to date; a warning names each damaged file that it leaves out."""
+        path, left_out = refresh(self.store)
+        if self.store.mirror is not None:
+            self._say(f"{self.store.where}: {self.store.mirror.age()}")
+        for file in left_out:
+            self._say(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
+        return path
+
+    def _numbered(self, noun: str, version: int | None) -> int:
+        """A version's number; the newest one's for None."""
+        versions: Sequence[int] = self.store.versions(noun)
+        if version is None and not versions:
+            word = "policy" if noun == "policies" else noun
+            raise NotFound(f"there is no {word} yet", where=self.store.where,
+                           next_step="Run `pitchlore run` first")
+        return versions[-1] if version is None else version

@@ -1,0 +1,179 @@
+"""Versions of what a league has learned: the knowledge, and policies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Unpack
+
+import polars as pl
+
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.knowledge import imitates, learned_from, of_imitated
+from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.policies import looks
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.schemas import Appraisals, Behaviours, Occasions, Policies, Returns, States, Table
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.arena.match.controllers import LearnedTeam
+    from pitchlore.pipeline.engine.teams import Options
+    from pitchlore.pipeline.knowledge import Difference
+
+
+class Version:
+    """An immutable version of the knowledge or of the policies.
+
+    Args:
+        store: the data folder.
+        manifest: record of the version.
+    """
+
+    def __init__(self, store: Store, manifest: Manifest) -> None:
+        self._store, self._manifest = store, manifest
+        self._tables: dict[str, pl.DataFrame] = {}
+
+    def _table(self, schema: type[Table]) -> pl.DataFrame:
+        """A table of the version, read once."""
+        if schema.NAME not in self._tables:
+            self._tables[schema.NAME] = table_of(self._store, self._manifest, schema)
+        return self._tables[schema.NAME]
+
+    @property
+    def version(self) -> int:
+        """Its number, from 1."""
+        return self._manifest.version
+
+    @property
+    def parent(self) -> int | None:
+        """The version that it follows or was made from; None for the first."""
+        return self._manifest.parent
+
+    @property
+    def imitates(self) -> str | None:
+        """The team that policies imitate, with its league, as in ``blue (vsss)``; None: all teams."""
+        team = imitates(self._manifest)
+        return None if team is None else f"{team.team} ({team.kind})"
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """Record of the version: inputs, settings, seed, files with their SHA-256, and counts."""
+        return self._manifest.model_dump(mode="json")
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """Counts and facts of the version."""
+        return self._manifest.details
+
+    @property
+    def key(self) -> str:
+        """Key of the work that made it, 16 hexadecimal digits."""
+        return self._manifest.key
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} version {self.version}, parent {self.parent}>"
+
+
+class Knowledge(Version):
+    """A version of the knowledge: behaviours of each team, and the states in which they were chosen.
+
+    :meth:`pitchlore.League.knowledge` gives one.
+
+    Args:
+        store: the data folder.
+        manifest: record of the version.
+
+    Raises:
+        CorruptFile: by a table whose file is damaged.
+    """
+
+    @property
+    def behaviours(self) -> pl.DataFrame:
+        """Rows of the table ``behaviours`` of this version."""
+        return self._table(Behaviours)
+
+    @property
+    def imitated(self) -> pl.DataFrame:
+        """The rows of :attr:`behaviours` of the team that policies imitate."""
+        return of_imitated(self._manifest, self.behaviours)
+
+    @property
+    def occasions(self) -> pl.DataFrame:
+        """Rows of the table ``occasions`` of this version."""
+        return self._table(Occasions)
+
+    @property
+    def matches(self) -> list[str]:
+        """Ids of the matches that this version has added, sorted."""
+        return list(learned_from(self._manifest))
+
+    def since(self, earlier: Knowledge) -> Difference:
+        """Changes from an earlier version to this one.
+
+        Args:
+            earlier: the other version.
+
+        Returns:
+            ``behaviours``, a row for each that differs, and ``roles``, their counts by role.
+
+        Raises:
+            CorruptFile: if a file of one of them is damaged.
+        """
+        from pitchlore.pipeline.knowledge import diff  # noqa: PLC0415 (loaded when asked for)
+
+        return diff(earlier.behaviours, self.behaviours, earlier.occasions, self.occasions)
+
+
+class Policy(Version):
+    """A version of the policy: the value of each behaviour in each state.
+
+    :meth:`pitchlore.League.policy` gives one.
+
+    Args:
+        store: the data folder.
+        manifest: record of the version.
+
+    Raises:
+        CorruptFile: by a table whose file is damaged.
+        NotFound: by a table that the version was made without.
+    """
+
+    @property
+    def values(self) -> pl.DataFrame:
+        """Rows of the table ``policies`` of this version: ``q`` is a discounted goal difference."""
+        return self._table(Policies)
+
+    @property
+    def states(self) -> pl.DataFrame:
+        """Rows of the table ``states``: each state with its best behaviour, and how sure that is."""
+        if States.NAME not in self._manifest.files:
+            raise NotFound(f"policy version {self.version} was trained before states were kept",
+                           where=self._store.where, next_step="Train the next version: `pitchlore train`")
+        return self._table(States)
+
+    @property
+    def returns(self) -> pl.DataFrame:
+        """Rows of the table ``returns``: returns of the episodes, by state and behaviour."""
+        return self._table(Returns)
+
+    @property
+    def appraisals(self) -> pl.DataFrame:
+        """Rows of the table ``appraisals``: weights of what robots see; none if the policy goes by states."""
+        return self._table(Appraisals)
+
+    @property
+    def looks(self) -> bool:
+        """True if the policy chooses by what robots see, and not by states."""
+        return looks(self._manifest)
+
+    def team(self, **options: Unpack[Options]) -> LearnedTeam:
+        """The policy as a team for :func:`pitchlore.play`, or as an opponent in environments.
+
+        Args:
+            options: how it plays: explore, lcb_weight, min_visits and so on; it plays as it learned without.
+
+        Raises:
+            BadSettings: if an option does not fit.
+        """
+        from pitchlore.pipeline.engine.teams import learned_team  # noqa: PLC0415 (loaded when asked for)
+
+        return learned_team(self._store.root, f"learned:{self.version}", **options)
