@@ -148,22 +148,22 @@ rules: $(READY)  ## what each rule of the static team is worth (a quarter of an 
 	$(BIN)/python data/studies/world/rules.py
 
 best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (ten minutes)
-	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json data/studies/best_constant
+	$(BIN)/python data/studies/best_constant/study.py
 
 # LEARNERS: the settings of some seasons (looking-held); then the rows of others stay as they are.
 looking: $(READY)  ## does a team that looks win? apprentices against the panel, and blind (six hours; LEARNERS)
-	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA) $(LEARNERS)
+	$(BIN)/python data/studies/looking/study.py $(STUDY_DATA) $(LEARNERS)
 
 # It plays apprentices that `make looking` has trained.
 trial: $(READY)  ## is a second of looking worth more than one of the best constant? trials by lot (half an hour; LEARNERS)
-	PYTHONPATH=tests $(BIN)/python -m studies.trial data/studies/looking $(STUDY_DATA) $(LEARNERS)
+	$(BIN)/python data/studies/looking/trial.py $(STUDY_DATA) $(LEARNERS)
 
 # It takes the results of seasons, imitation and peers that are in data/studies.
 tried: $(READY)  ## which kinds of learners were tried, their curves (seconds)
-	PYTHONPATH=tests $(BIN)/python -m studies.tried data/studies
+	$(BIN)/python data/studies/looking/tried.py
 
 imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways to watch, and of none (three hours)
-	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)
+	$(BIN)/python data/studies/imitation/study.py $(STUDY_DATA)
 
 # rSim has no wheel and needs ODE. RSIM and PSIM are Pythons with rc-robosim and with pSim, TEAMS are seasons of STUDY_DATA.
 transfer: $(READY)  ## does a team play in others' simulators as in our arena? (three minutes a team in pSim, half an hour in rSim; RSIM, PSIM, TEAMS)
@@ -171,21 +171,21 @@ transfer: $(READY)  ## does a team play in others' simulators as in our arena? (
 
 # Each peer's library has an environment of its own. It takes the apprentices that `make looking` has trained.
 peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (five hours)
-	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA)
+	$(BIN)/python data/studies/peers/study.py $(STUDY_DATA)
 
 check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments, and its trainings (`make test` skips them: they need torch)
 	$(VENV)-sb3/bin/python -m pytest tests/test_env.py tests/test_peers_study.py
 
-$(VENV)-sb3/.ready: requirements-dev.lock tests/studies/peers/sb3.txt
+$(VENV)-sb3/.ready: requirements-dev.lock data/studies/peers/sb3.txt
 	$(PYTHON) -m venv --clear $(VENV)-sb3
 	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --require-hashes -r requirements-dev.lock
 	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --no-build-isolation -e .
-	$(VENV)-sb3/bin/python -m pip install --quiet -r tests/studies/peers/sb3.txt
+	$(VENV)-sb3/bin/python -m pip install --quiet -r data/studies/peers/sb3.txt
 	@touch $@
 
-$(VENV)-d3rlpy/.ready: tests/studies/peers/d3rlpy.txt
+$(VENV)-d3rlpy/.ready: data/studies/peers/d3rlpy.txt
 	$(PYTHON) -m venv --clear $(VENV)-d3rlpy
-	$(VENV)-d3rlpy/bin/python -m pip install --quiet -r tests/studies/peers/d3rlpy.txt
+	$(VENV)-d3rlpy/bin/python -m pip install --quiet -r data/studies/peers/d3rlpy.txt
 	@touch $@
 
 study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)

@@ -8,8 +8,9 @@ from importlib import resources
 import numpy as np
 import polars as pl
 import pytest
+from best_constant.search import search
+from best_constant.study import BUDGET_MINUTES, CLOCKS, FINAL_SEEDS, SEARCHES, difference
 from conftest import ROOT
-from studies.best_constant import BUDGET_MINUTES, CLOCKS, FINAL_SEEDS, SEARCHES, difference, search
 
 from pitchlore.pipeline.arena.match.environment import EnvSettings
 from pitchlore.pipeline.arena.match.sides import MatchSides
@@ -125,4 +126,4 @@ def test_panel(tmp_path):
 def test_difference():
     """A team that stands loses to static; the same job gives the same number."""
     standing = Constant(184, 184, 184)
-    assert difference((standing, 3)) == difference((standing, 3)) < 0
+    assert difference((standing, 3, "paper", 60.0)) == difference((standing, 3, "paper", 60.0)) < 0

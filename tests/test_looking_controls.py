@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.blind import blind
-from studies.looking import blind_pair, played_blind
-from studies.pairs import of_pairs
-from studies.permuted import actions_dealt, dealt, sights_dealt, stages
+from looking.blind import blind
+from looking.measuring import blind_pair, played_blind
+from looking.pairs import of_pairs
+from looking.permuted import actions_dealt, dealt, sights_dealt, stages
 from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
 
 from pitchlore.pipeline.arena.match.controllers import controllers_of

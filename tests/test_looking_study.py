@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.looking import ARMS, EARNED, HELD, PANEL, Aim, aims, information, replaced
+from looking.aims import EARNED, Aim, aims
+from looking.decisions import information
+from looking.learners import ARMS, HELD
+from looking.rows import replaced
 
+from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.sights import SIGHT
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.looking import STATIC
-from studies.peers import logged, playing
-from studies.peers.network import Network, load
-from studies.peers.playing import by_network, played
-from studies.peers.tables import ahead, curve, learners, markdown
-from studies.peers.teams import OURS
+from looking.learners import STATIC
+from peers import logged, playing
+from peers.network import Network, load
+from peers.playing import by_network, played
+from peers.results import ahead, curve, learners, markdown
+from peers.teams import OURS
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
@@ -133,7 +133,7 @@ def test_curve():
 def test_stopped(learner, tmp_path, monkeypatch):
     """A training that was stopped goes on from its last whole state, and ends with the same network."""
     pytest.importorskip("stable_baselines3", reason="`make check-env` has it")
-    from studies.peers import online  # only now: it needs torch
+    from peers import online  # only now: it needs torch
 
     monkeypatch.setattr(online, "AT_ONCE", 5)
     monkeypatch.setattr(online, "SAVED_EACH", 10)

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies import trial
-from studies.looking import cells
-from studies.trial import FIRST, WHOLE, Chooser, Trial, differences, earned, seconds, worth_of
+from looking import seconds as played
+from looking.choosing import Chooser
+from looking.decisions import cells
+from looking.effects import differences, shares, worth_of
+from looking.lots import FIRST, WHOLE, Trial
+from looking.seconds import seconds
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch
 from pitchlore.pipeline.arena.teams.appraising import Appraiser, appraiser_of
@@ -72,10 +75,10 @@ def test_what_a_second_is_worth():
         midfield, goalkeeper = found["looks", other, "midfield"], found["looks", other, "goalkeeper"]
         assert midfield["low"] < 0.02 < midfield["high"]
         assert goalkeeper["low"] < 0 < goalkeeper["high"]
-    shares = {(row["way"], row["less"]): (row["surely_more"], row["surely_less"])
-              for row in earned(rows, TRIAL, ["role"]).iter_rows(named=True)}
-    assert shares["looks", WHOLE] == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
-    assert shares["blind", WHOLE] == (0, 0)
+    found = {(row["way"], row["less"]): (row["surely_more"], row["surely_less"])
+              for row in shares(rows, TRIAL, ["role"]).iter_rows(named=True)}
+    assert found["looks", WHOLE] == pytest.approx((0.3, 0.3), abs=0.01), "a third each, less the first seconds"
+    assert found["blind", WHOLE] == (0, 0)
     few = differences(rows.head(1), TRIAL, ["role"])
     assert few["difference"].null_count() == few.height == 3
 
@@ -127,7 +130,7 @@ def test_what_the_lot_says_is_done(appraiser, monkeypatch):
         goals.append(found[1][pitch.possible_agents[0]])
         return found
 
-    monkeypatch.setattr(trial, "Chooser", AsTheLotSays)
+    monkeypatch.setattr(played, "Chooser", AsTheLotSays)
     monkeypatch.setattr(ParallelMatch, "step", stepped)
     anew = []
     monkeypatch.setattr(ParallelMatch, "begin_anew", lambda pitch, agents: (anew.append(len(agents)), begin(pitch, agents)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import polars as pl
-from studies.tried import KINDS, curves
+from looking.tried import KINDS, curves
 
 
 def test_curves():

@@ -1,4 +1,4 @@
-"""Goal differences of pairs of matches, kept in a data folder: pairs that were played are not played again."""
+"""Goal differences of pairs of matches, kept in a data folder."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import polars as pl
 
 from pitchlore.pipeline.report.measures import DIFFERENCE
 from pitchlore.pipeline.store.receipts import digest
+
+_SCHEMA = {"seed": pl.Int64, "difference": pl.Float64}
 
 
 def of_pairs(rows: pl.DataFrame) -> pl.DataFrame:
@@ -32,7 +34,7 @@ def kept(
         play: plays pairs of some seeds: a row a pair, seed and difference. None: missing pairs have no row.
     """
     path = folder / f"{digest(said.encode())}.csv"
-    known = pl.read_csv(path) if path.exists() else pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
+    known = pl.read_csv(path) if path.exists() else pl.DataFrame(schema=_SCHEMA)
     missing = [seed for seed in seeds if seed not in known["seed"]]
     if missing and play is not None:
         known = pl.concat([known, play(missing)]).sort("seed")

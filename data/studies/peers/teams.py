@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.looking import HELD, STATIC, USUAL
-from studies.pairs import of_pairs
-from studies.peers.playing import ANY, KEPT, Choose, Observed, by_chance, by_network, played
-from studies.trial import LOOKS, Chooser, Seen
+from looking.choosing import Chooser, Seen
+from looking.learners import HELD, STATIC, USUAL
+from looking.lots import LOOKS
+from looking.pairs import of_pairs
+from peers.playing import ANY, KEPT, Choose, Observed, by_chance, by_network, played
 
 from pitchlore.pipeline.arena.env import ParallelMatch
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
@@ -28,16 +29,19 @@ from pitchlore.pipeline.store.receipts import digest
 #: Matches of a game of our apprentices' seasons, and of a season.
 GAME = named(HELD.season).matches_a_game
 ONCE = named(HELD.season).games * GAME
-#: Learners that play, and the matches of each of their trainings; None: as many as some minutes of a core allow. PPO
-#: has as many trainings of a season's matches as there are apprentices.
+#: Learners that play, and the matches of each of their trainings; None: as many as some minutes of a core
+#: allow. PPO has as many trainings of a season's matches as there are apprentices.
 ONLINE: dict[str, tuple[int | None, ...]] = {
     "ppo": (None, 10 * ONCE, 10 * ONCE, ONCE, ONCE), "dqn": (None, 10 * ONCE, 10 * ONCE),
     "ppo-v": (ONCE, ONCE, ONCE), "dqn-v": (ONCE, ONCE, ONCE)}
-#: Learners that learn from what our apprentice's season logged, and from the logs of how many seasons, one by one.
+#: Learners that learn from what our apprentice's season logged, and from the logs of how many seasons, one by
+#: one.
 OFFLINE, TRAININGS = ("bc", "cql", "cql-v"), 3
-#: Rows of our apprentices, of the same ones where an action that is chosen again goes on, of untrained networks.
+#: Rows of our apprentices, of the same ones where an action that is chosen again goes on, of untrained
+#: networks.
 OURS, GOING_ON, UNTRAINED = "apprentice that looks", "apprentice whose actions go on", "ppo untrained"
-#: Matches after which teams meet the whole panel, as after the last; after the others they meet the static team.
+#: Matches after which teams meet the whole panel, as after the last; after the others they meet the static
+#: team.
 WHOLE = (0, ONCE, 10 * ONCE)
 #: Those that meet the static team only.
 ALONE = (GOING_ON, UNTRAINED)
@@ -62,7 +66,7 @@ class Team(NamedTuple):
 
 
 def seeds_of(learner: str) -> range:
-    """Seeds of a peer's trainings; of those that learn from our apprentices' logs they are those of the seasons."""
+    """Seeds of a peer's trainings; where it learns from our apprentices' logs, those of the seasons."""
     return HELD.seasons[:TRAININGS] if learner in OFFLINE else range(2021, 2021 + len(ONLINE[learner]))
 
 
@@ -85,7 +89,8 @@ def teams(data: Path) -> Iterator[Team]:
             yield Team(GOING_ON, seed, ONCE, season)
     for learner in (*OFFLINE, *ONLINE):
         for seed in seeds_of(learner):
-            there = {int(path.stem.rsplit("-", 1)[1]): path for path in networks(data).glob(f"{learner}-{seed}-*.npz")}
+            found = networks(data).glob(f"{learner}-{seed}-*.npz")
+            there = {int(path.stem.rsplit("-", 1)[1]): path for path in found}
             for matches, path in sorted(there.items()):
                 if matches > 0 and (matches in KEPT or matches == max(there)):
                     yield Team(learner, seed, matches, str(path))
@@ -93,7 +98,9 @@ def teams(data: Path) -> Iterator[Team]:
                     yield Team(UNTRAINED, seed, 0, str(path))
 
 
-def measured(data: Path, team: Team, opponent: str, seeds: Sequence[int], there: bool = False) -> pl.DataFrame:
+def measured(
+    data: Path, team: Team, opponent: str, seeds: Sequence[int], there: bool = False
+) -> pl.DataFrame:
     """Goal differences of a team against an opponent, a row a pair of matches: seed, difference.
 
     Pairs that were not played before are played, unless ``there``: then they have no row.

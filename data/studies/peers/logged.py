@@ -25,19 +25,20 @@ def decisions_of(store: Store, season: str) -> pl.DataFrame:
     They are those that the season's own learner learns from: columns of schemas Decisions and Sights.
     """
     own = apprentice(store, season).store
-    made, seen = (pl.concat([own.read_table(receipt, name, schema) for receipt in own.receipts(noun)])
-                  for noun, name, schema in (("decisions", "decisions", Decisions), ("sequences", "sights", Sights)))
-    return made.filter("chosen").join(seen, on=("match_id", "team", "robot", "t_ns"), maintain_order="left").sort(
-        *_EPISODE, "t_ns", maintain_order=True)
+    made = pl.concat([own.read_table(each, "decisions", Decisions) for each in own.receipts("decisions")])
+    seen = pl.concat([own.read_table(each, "sights", Sights) for each in own.receipts("sequences")])
+    both = made.filter("chosen").join(
+        seen, on=("match_id", "team", "robot", "t_ns"), maintain_order="left")
+    return both.sort(*_EPISODE, "t_ns", maintain_order=True)
 
 
 def export(decisions: pl.DataFrame, path: Path) -> None:
     """Write decisions as an .npz file.
 
-    Arrays: ``observations`` float32 [T, 33], as the environments show sights; ``actions`` int64 [T], indices in
-    ``BEHAVIOURS``; ``rewards`` float32 [T], goals; ``changes`` float32 [T], those of V a second later, 0 where
-    they are not known; ``terminals`` bool [T], after a goal; ``timeouts`` bool [T], where an episode ends
-    otherwise. An episode is that of a robot in a stretch of play.
+    Arrays: ``observations`` float32 [T, 33], as the environments show sights; ``actions`` int64 [T], indices
+    in ``BEHAVIOURS``; ``rewards`` float32 [T], goals; ``changes`` float32 [T], those of V a second later, 0
+    where they are not known; ``terminals`` bool [T], after a goal; ``timeouts`` bool [T], where an episode
+    ends otherwise. An episode is that of a robot in a stretch of play.
     """
     sight = decisions["sight"].to_numpy().astype(np.float32)
     of = scales(MatchSettings())

@@ -1,23 +1,22 @@
-"""Which kinds of learners were tried against the static team: their curves, from the results of other studies.
+"""Kinds of learners that were tried against the static team: their curves, from results of other studies.
 
-``PYTHONPATH=tests python -m studies.tried data/studies`` reads the games of ``seasons`` and ``imitation`` and the
-results of ``peers``, which are committed, and plays nothing. It writes ``looking/tried.csv`` and ``tried.png``.
+``tried.py`` reads the games of ``seasons`` and ``imitation`` and the results of ``peers``, which are
+committed, and plays nothing. It writes ``tried.csv`` and ``tried.png``.
 
-A season's point is a counted match, at the number of matches that its apprentice has learned from; a peer's is its
-evaluation. Means are over seasons or trainings, with Student's interval over them.
+A season's point is a counted match, at the number of matches that its apprentice has learned from; a peer's
+is its evaluation. Means are over seasons or trainings, with Student's interval over them.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
 from harness import settings_of
+from looking.learners import STATIC
 from matplotlib.figure import Figure
-from studies.looking import STATIC
-from studies.peers.teams import OURS
+from peers.teams import OURS
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.report.measures import DIFFERENCE
@@ -31,7 +30,7 @@ class Kind(NamedTuple):
     """A kind of learner.
 
     Attributes:
-        said: of the legend.
+        said: its words in the legend.
         study: folder of its results.
         name: settings of its seasons, or learner of its trainings.
     """
@@ -41,7 +40,7 @@ class Kind(NamedTuple):
     name: str
 
     def learned_from(self, game: int) -> int:
-        """Matches that it has learned from before a counted match of a season; a peer's game is that number."""
+        """Matches from which it has learned before a game's counted match; a peer's game is that number."""
         return game if self.study == PEERS else (game - 1) * settings_of(self.name).matches_a_game
 
 
@@ -70,7 +69,7 @@ def results(folder: Path) -> pl.DataFrame:
     """Goal differences against the static team: study, name, seed, game (or matches), difference.
 
     Args:
-        folder: that of the studies.
+        folder: folder of the studies.
     """
     seasons, imitation, peers = (pl.read_csv(folder / path) for path in (
         "seasons/games.csv", "imitation/games.csv", "peers/results.csv"))
@@ -81,8 +80,8 @@ def results(folder: Path) -> pl.DataFrame:
         PEERS: peers.filter(pl.col("matches") > 0, opponent=STATIC).select(
             "seed", game="matches", name="learner", difference="difference"),
     }
-    return pl.concat([own.select(pl.lit(study).alias("study"), "name", "seed", "game", pl.col("difference").cast(float))
-                      for study, own in parts.items()])
+    columns = ("name", "seed", "game", pl.col("difference").cast(float))
+    return pl.concat([own.select(pl.lit(study).alias("study"), *columns) for study, own in parts.items()])
 
 
 def curves(found: pl.DataFrame) -> pl.DataFrame:
@@ -92,8 +91,9 @@ def curves(found: pl.DataFrame) -> pl.DataFrame:
         own = found.filter(study=kind.study, name=kind.name)
         for (game,), each in own.group_by("game", maintain_order=True):
             low, high = mean_interval(each["difference"].to_numpy()) or (None, None)
-            rows.append({"kind": kind.said, "matches": kind.learned_from(int(str(game))), "apprentices": each.height,
-                         "difference": each["difference"].mean(), "low": low, "high": high})
+            rows.append({
+                "kind": kind.said, "matches": kind.learned_from(int(str(game))), "apprentices": each.height,
+                "difference": each["difference"].mean(), "low": low, "high": high})
     schema = {"kind": pl.String, "matches": pl.Int64, "apprentices": pl.Int64} | dict.fromkeys(
         ("difference", "low", "high"), pl.Float64)
     return pl.DataFrame(rows, schema=schema).filter(pl.col("matches") > 0).sort(
@@ -108,9 +108,11 @@ def plot(found: pl.DataFrame, path: Path) -> None:
         for number, kind in enumerate((WON, *kinds)):
             own = found.filter(kind=kind.said)
             x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
-            look = {"color": "black" if kind is WON else f"C{number}", "label": kind.said}
-            axes.plot(x, y, marker="o" if own.height == 1 else None, linewidth=2.5 if kind is WON else 1.5, **look)
-            axes.fill_between(x, own["low"].to_numpy(), own["high"].to_numpy(), color=look["color"], alpha=0.12, linewidth=0)
+            color, width = ("black", 2.5) if kind is WON else (f"C{number}", 1.5)
+            marker = "o" if own.height == 1 else None
+            axes.plot(x, y, marker=marker, linewidth=width, color=color, label=kind.said)
+            ends = (own["low"].to_numpy(), own["high"].to_numpy())
+            axes.fill_between(x, *ends, color=color, alpha=0.12, linewidth=0)
         axes.axhline(0, color="grey", linewidth=0.8)
         axes.set_ylim(-60, 30)  # bands of the first games, of three seasons, are wider
         axes.set_xscale("log")
@@ -125,12 +127,12 @@ def plot(found: pl.DataFrame, path: Path) -> None:
     path.write_bytes(png(figure))
 
 
-def main(folder: Path) -> None:
-    """Write the table and the plot."""
-    found = curves(results(folder))
-    found.write_csv(folder / "looking" / "tried.csv", float_precision=2)
-    plot(found, folder / "looking" / "tried.png")
+def main(out: Path) -> None:
+    """Write the table and the plot into a folder."""
+    found = curves(results(Path(__file__).parents[1]))
+    found.write_csv(out / "tried.csv", float_precision=2)
+    plot(found, out / "tried.png")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(__file__).parent)

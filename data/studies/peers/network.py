@@ -32,16 +32,19 @@ class Network(NamedTuple):
             seen = seen @ weight + bias
             if layer < last:
                 seen = np.tanh(seen) if self.activation == "tanh" else np.maximum(seen, 0)
-        return seen.argmax(axis=1)
+        chosen: I64 = seen.argmax(axis=1)
+        return chosen
 
     def save(self, path: Path) -> None:
         """Write it as an .npz file; a file that is there is whole."""
         path.parent.mkdir(parents=True, exist_ok=True)
         aside = path.with_suffix(".part")
         with aside.open("wb") as written:
-            np.savez(written, activation=np.array(self.activation),
-                     **{f"weight_{k}": each for k, each in enumerate(self.weights)},
-                     **{f"bias_{k}": each for k, each in enumerate(self.biases)})
+            arrays: dict[str, Any] = {
+                "activation": np.array(self.activation),
+                **{f"weight_{k}": each for k, each in enumerate(self.weights)},
+                **{f"bias_{k}": each for k, each in enumerate(self.biases)}}
+            np.savez(written, **arrays)
         aside.rename(path)
 
 
@@ -61,4 +64,5 @@ def of_modules(modules: Any) -> Network:
         raise ValueError(f"no plain layers: {modules}")
     return Network(
         tuple(each.weight.detach().cpu().numpy().T.copy() for each in linear),
-        tuple(each.bias.detach().cpu().numpy().copy() for each in linear), between.pop() if between else "relu")
+        tuple(each.bias.detach().cpu().numpy().copy() for each in linear),
+        between.pop() if between else "relu")

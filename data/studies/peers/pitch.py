@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from peers.playing import pitch_of
+from peers.worth import Worth
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
-from studies.peers.playing import pitch_of
-from studies.peers.worth import Worth
 
 from pitchlore.pipeline.arena.env import ParallelMatch
 from pitchlore.schemas import SIDES
 
 
-class Pitches(VecEnv):
+class Pitches(VecEnv):  # type: ignore[misc]  # not in this environment
     """Matches side by side, of which every other one is played as home.
 
     Args:
@@ -75,9 +75,10 @@ class Pitches(VecEnv):
             rewards += self._worth.discount * after - self._before
             self._before = after
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for place in np.flatnonzero(over):
+        for place in np.flatnonzero(over).tolist():
             for robot, last in enumerate(seen[place]):
-                infos[place * self._robots + robot] = {"terminal_observation": last, "TimeLimit.truncated": True}
+                infos[place * self._robots + robot] = {
+                    "terminal_observation": last, "TimeLimit.truncated": True}
             seen[place] = self._begin(self._pitches[place])
             if self._worth is not None:
                 self._before[place] = self._worth.of([self._pitches[place]])[0]
@@ -103,7 +104,9 @@ class Pitches(VecEnv):
         for row in self._get_indices(indices):
             setattr(self._pitches[row // self._robots], attr_name, value)
 
-    def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+    ) -> list[Any]:
         """Call a method of each row's match."""
         return [getattr(self._pitches[row // self._robots], method_name)(*method_args, **method_kwargs)
                 for row in self._get_indices(indices)]

@@ -1,9 +1,9 @@
-"""Train a peer of stable-baselines3 by playing, and keep its network at several numbers of matches.
+"""Training of a peer of stable-baselines3 by playing; its network is kept at several numbers of matches.
 
-``PYTHONPATH=tests .venv-sb3/bin/python -m studies.peers.online LEARNER SEED FOLDER --matches 1400`` writes
-``FOLDER/LEARNER-SEED-MATCHES.npz``. With ``--minutes`` it stops instead when it has had so many minutes of one core,
-at the next number of matches at which its whole state is kept. A training that was stopped goes on from its last
-whole state, with the same result as one that was not.
+``PYTHONPATH=data/studies .venv-sb3/bin/python -m peers.online LEARNER SEED FOLDER --matches 1400`` writes
+``FOLDER/LEARNER-SEED-MATCHES.npz``. With ``--minutes`` it stops instead when it has had so many minutes of
+one core, at the next number of matches at which its whole state is kept. A training that was stopped goes on
+from its last whole state, with the same result as one that was not.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from typing import Any
 
 import numpy as np
 import torch
+from peers.network import Network, of_modules
+from peers.pitch import Pitches
+from peers.playing import KEPT
+from peers.worth import Worth
 from stable_baselines3 import DQN, PPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
-from studies.peers.network import Network, of_modules
-from studies.peers.pitch import Pitches
-from studies.peers.playing import KEPT
-from studies.peers.worth import Worth
 
 from pitchlore.pipeline.arena.teams.panel import PANEL
 
-#: Against whom all train.
+#: The opponent of all trainings.
 OPPONENT = PANEL[0]
 #: Matches at once; transitions of a match: a step each 0.2 s of 8 minutes, of three robots.
 AT_ONCE, TRANSITIONS = 20, 2400 * 3
@@ -63,7 +63,7 @@ def network_of(model: BaseAlgorithm) -> Network:
     return of_modules(list(policy.q_net.q_net))
 
 
-class Training(BaseCallback):
+class Training(BaseCallback):  # type: ignore[misc]  # not in this environment
     """Keeps the network at numbers of matches, the whole state each ``SAVED_EACH`` matches, and stops.
 
     Args:
@@ -74,7 +74,9 @@ class Training(BaseCallback):
         minutes: of one core after which it stops, at the next whole state; None: no limit.
     """
 
-    def __init__(self, pitches: Pitches, stem: Path, seed: int, matches: int | None, minutes: float | None) -> None:
+    def __init__(
+        self, pitches: Pitches, stem: Path, seed: int, matches: int | None, minutes: float | None
+    ) -> None:
         super().__init__()
         self._pitches, self._stem, self._seed = pitches, stem, seed
         self._matches = matches
@@ -147,9 +149,10 @@ class Training(BaseCallback):
         if path.exists():
             return
         network_of(self.model).save(path)
+        last = self._pitches.differences[-AT_ONCE:]
         said = {"learner": self._stem.name, "matches": self._over,
                 "cpu_seconds": round(self._spent + time.process_time()),
-                "difference": float(np.mean(last)) if (last := self._pitches.differences[-AT_ONCE:]) else None}
+                "difference": float(np.mean(last)) if last else None}
         with self._stem.with_name("training.jsonl").open("a", encoding="utf-8") as lines:
             lines.write(json.dumps(said) + "\n")
 

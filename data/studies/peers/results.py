@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
+from looking.learners import STATIC
 from matplotlib.figure import Figure
-from studies.looking import STATIC
-from studies.peers.teams import ONCE, OURS, WHOLE, Team
+from peers.teams import ONCE, OURS, WHOLE, Team
 
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.numbers.statistics import mean_interval, welch
@@ -50,15 +50,17 @@ def _learners(results: pl.DataFrame) -> Iterator[dict[str, object]]:
 
 
 def ahead(results: pl.DataFrame) -> pl.DataFrame:
-    """How far our apprentices are ahead of each peer after as many matches, by their leads over the static team.
+    """Lead of our apprentices over each peer after as many matches, by their leads over the static team.
 
     Returns:
-        A row a peer and number of matches: learner, matches, trainings, difference, low, high. Who learned from the
-        logs of our apprentices is compared with these, pair by pair, others with all of them by Welch's interval.
+        A row a peer and number of matches: learner, matches, trainings, difference, low, high. Who learned
+        from the logs of our apprentices is compared with these, pair by pair, others with all of them by
+        Welch's interval.
     """
     rows = []
     against = results.filter(pl.col("matches") > 0, opponent=STATIC)
-    for (learner, matches), own in against.filter(pl.col("learner") != OURS).group_by(*_ROW, maintain_order=True):
+    peers = against.filter(pl.col("learner") != OURS)
+    for (learner, matches), own in peers.group_by(*_ROW, maintain_order=True):
         ours = against.filter(learner=OURS, matches=matches)
         pairs = own.join(ours, on="seed", suffix="_ours")
         if pairs.height == own.height:
@@ -68,23 +70,27 @@ def ahead(results: pl.DataFrame) -> pl.DataFrame:
             leads = ours["difference"]
             ends = welch(leads, own["difference"])
         if ends is not None:
-            rows.append({"learner": learner, "matches": matches, "trainings": own.height,
-                         "difference": leads.mean() - own["difference"].mean(), "low": ends[0], "high": ends[1]})
+            rows.append({
+                "learner": learner, "matches": matches, "trainings": own.height,
+                "difference": leads.mean() - own["difference"].mean(),  # type: ignore[operator]
+                "low": ends[0], "high": ends[1]})
     return pl.DataFrame(rows, infer_schema_length=None)
 
 
 def markdown(found: pl.DataFrame) -> str:
     """The table: a row a learner and number of matches, a column an opponent.
 
-    Who learned from a season's matches comes first, the best against static before the others; then who learned
-    from other numbers, then who learned nothing.
+    Who learned from a season's matches comes first, the best against static before the others; then who
+    learned from other numbers, then who learned nothing.
     """
-    whole = found.filter(pl.col("matches").is_in(WHOLE) | (pl.col("matches") == pl.col("matches").max().over("learner")))
+    last = pl.col("matches") == pl.col("matches").max().over("learner")
+    whole = found.filter(pl.col("matches").is_in(WHOLE) | last)
     equal, learned = pl.col("matches") == ONCE, pl.col("matches") > 0
     order = whole.filter(opponent=STATIC).sort(equal, learned, "difference", descending=True)
     if not order.filter(learner=STATIC).height:  # it does not play against itself
         order = pl.concat([order, whole.filter(learner=STATIC).unique(_ROW)])
-    lines = ["| | matches | trainings | " + " | ".join(map(called, PANEL)) + " |", "|---|---|---|" + "---|" * len(PANEL)]
+    lines = ["| | matches | trainings | " + " | ".join(map(called, PANEL)) + " |",
+             "|---|---|---|" + "---|" * len(PANEL)]
     for each in order.iter_rows(named=True):
         own = whole.filter(learner=each["learner"], matches=each["matches"])
         cells = [_cell(own.filter(opponent=opponent)) for opponent in PANEL]
@@ -100,10 +106,12 @@ def curve(found: pl.DataFrame) -> str:
     The best after a season's matches comes first.
     """
     own = found.filter(pl.col("matches") > 0, opponent=STATIC)
-    names = own.sort(pl.col("matches") == ONCE, "difference", descending=True)["learner"].unique(maintain_order=True)
+    best_first = own.sort(pl.col("matches") == ONCE, "difference", descending=True)
+    names = best_first["learner"].unique(maintain_order=True)
     lines = [f"| against {STATIC} after | " + " | ".join(names) + " |", "|---" * (1 + len(names)) + "|"]
-    lines += [f"| {matches} matches | " + " | ".join(_cell(own.filter(learner=name, matches=matches)) for name in names)
-              + " |" for matches in own["matches"].unique().sort()]
+    for matches in own["matches"].unique().sort():
+        cells = [_cell(own.filter(learner=name, matches=matches)) for name in names]
+        lines.append(f"| {matches} matches | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -126,11 +134,12 @@ def plot(found: pl.DataFrame, path: Path) -> None:
     against = found.filter(opponent=STATIC).sort("matches")
     for number, ((learner,), own) in enumerate(
             against.filter(pl.col("matches") > 0).group_by("learner", maintain_order=True)):
-        kind = {"marker": "o" if own.height > 1 else "D", "color": "black" if learner == OURS else f"C{number}",
-                "linewidth": 2.5 if learner == OURS else 1.2}
+        marker = "o" if own.height > 1 else "D"
+        color, width = ("black", 2.5) if learner == OURS else (f"C{number}", 1.2)
         x, y = own["matches"] * _ASIDE**number, own["difference"].to_numpy()
         spread = np.where(own["of"] == _PAIRS, 0, [y - own["low"].to_numpy(), own["high"].to_numpy() - y])
-        axes.errorbar(x, y, yerr=spread, capsize=2, label=learner, **kind)
+        axes.errorbar(
+            x, y, yerr=spread, capsize=2, label=learner, marker=marker, color=color, linewidth=width)
     for (learner,), own in against.filter(matches=0).group_by("learner", maintain_order=True):
         level = own["difference"][0]
         axes.axhline(level, color="grey", linestyle=":", linewidth=1)

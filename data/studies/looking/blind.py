@@ -1,8 +1,8 @@
-"""A team that looks, made blind: each robot acts on a sight that a robot of its role had earlier in the match.
+"""A team that looks, made blind: each robot acts on a sight that its role had earlier in the match.
 
-It is the control of all that such a team gains by looking. The sight is any that the role had in the match so far, the
-present one included, drawn anew for each decision; or that of so long ago. In the first way robots also change their
-minds more often than those that look.
+It is the control of all that such a team gains by looking. The sight is any that the role had in the match so
+far, the present one included, drawn anew for each decision; or that of so long ago. In the first way robots
+also change their minds more often than those that look.
 """
 
 from __future__ import annotations
@@ -57,13 +57,15 @@ class BlindController(AppraisingController):
         settings: how often it decides and how it explores.
         recipe: of the match.
         rng: decides what is left to chance.
-        late_s: how long ago robots saw what they act on, seconds, rounded to whole decisions, at least one. None: any
+        late_s: how long ago robots saw what they act on, seconds, rounded to whole decisions, at least one.
+            None: any
             earlier sight, drawn anew for each decision.
     """
 
     def __init__(
-        self, tables: PolicyTables, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator, late_s: float | None
-    ) -> None:
+        self, tables: PolicyTables, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator,
+        late_s: float | None,
+    ) -> None:  # fmt: skip
         assert tables.appraisals is not None, "only a team that looks can be blind"
         super().__init__(tables.values, tables.appraisals, settings, recipe, rng)
         late = 0 if late_s is None else max(1, round(late_s * recipe.physics.hz / self._clock))

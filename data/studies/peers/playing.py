@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from studies.pairs import kept
-from studies.peers.network import load
+from looking.pairs import kept
+from peers.network import load
 
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
@@ -76,10 +76,10 @@ def by_network(path: Path) -> Choose:
 def played(
     team: str, choose: Choose, opponent: str, seeds: Sequence[int], data: Path, there: bool = False
 ) -> pl.DataFrame:
-    """The pairs of a team against an opponent; those that were not played before are played, unless ``there``.
+    """The pairs of a team against an opponent; those that are missing are played, unless ``there``.
 
     Args:
-        team: what results are kept by in the data folder, next to the opponent.
+        team: name by which results are kept in the data folder, next to the opponent's.
         choose: chooses the actions of its robots.
         opponent: word of the other team.
         seeds: of the pairs.

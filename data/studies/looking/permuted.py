@@ -1,7 +1,7 @@
 """Controls of the learner that looks: fits to a log in which actions, or sights, were dealt out anew.
 
-In each role the actions of the logged decisions, or what robots saw when they made them, are permuted. So nothing can
-be learned of actions, or of where an action is worth more.
+In each role the actions of the logged decisions, or what robots saw when they made them, are permuted. So
+nothing can be learned of actions, or of where an action is worth more.
 """
 
 from __future__ import annotations
@@ -20,29 +20,30 @@ from pitchlore.pipeline.settings import AppraisalSettings
 
 #: Keys of a decision and of its sight.
 _AT = ("match_id", "team", "robot", "t_ns")
+Tables = tuple[pl.DataFrame, pl.DataFrame]
 #: Deals decisions and sights out anew: both tables, and the seed.
-Deal = Callable[[pl.DataFrame, pl.DataFrame, int], tuple[pl.DataFrame, pl.DataFrame]]
+Deal = Callable[[pl.DataFrame, pl.DataFrame, int], Tables]
 
 
-def actions_dealt(decisions: pl.DataFrame, sights: pl.DataFrame, seed: int) -> tuple[pl.DataFrame, pl.DataFrame]:
+def actions_dealt(decisions: pl.DataFrame, sights: pl.DataFrame, seed: int) -> Tables:
     """The tables with the actions permuted in each role, among the decisions that trees are fitted to.
 
     Args:
         decisions: rows of schema Decisions.
         sights: rows of schema Sights of the same matches.
-        seed: of the permutation.
+        seed: seed of the permutation.
     """
-    of = _fitted(decisions, sights).select("place", behaviour_id=pl.col("behaviour_id").shuffle(seed).over("role"))
-    return _replaced(decisions, of, "behaviour_id"), sights
+    dealt = pl.col("behaviour_id").shuffle(seed).over("role")
+    return _replaced(decisions, _fitted(decisions, sights).select("place", dealt), "behaviour_id"), sights
 
 
-def sights_dealt(decisions: pl.DataFrame, sights: pl.DataFrame, seed: int) -> tuple[pl.DataFrame, pl.DataFrame]:
+def sights_dealt(decisions: pl.DataFrame, sights: pl.DataFrame, seed: int) -> Tables:
     """The tables with what was seen permuted in each role, among the decisions that trees are fitted to.
 
     Args:
         decisions: rows of schema Decisions.
         sights: rows of schema Sights of the same matches.
-        seed: of the permutation.
+        seed: seed of the permutation.
     """
     rows = _fitted(decisions, sights).select("row", dealt=pl.col("row").shuffle(seed).over("role"))
     of = rows.select(place="row", sight=sights["sight"].gather(rows["dealt"]))
@@ -50,11 +51,17 @@ def sights_dealt(decisions: pl.DataFrame, sights: pl.DataFrame, seed: int) -> tu
 
 
 def _fitted(decisions: pl.DataFrame, sights: pl.DataFrame) -> pl.DataFrame:
-    """Decisions of one code after which the change of V is known: place, role, behaviour_id, and row of the sight."""
+    """Decisions of one code after which the change of V is known.
+
+    Returns:
+        Columns place (its row), role, behaviour_id and row (that of its sight).
+    """
     seen = sights.select(*_AT, "change").with_row_index("row")
     return decisions.with_row_index("place").filter(
         "chosen", pl.col("behaviour_id").str.count_matches("-") == 1,
-    ).join(seen, on=_AT, maintain_order="left").filter(pl.col("change").is_not_null())
+    ).join(seen, on=_AT, maintain_order="left").filter(
+        pl.col("change").is_not_null(),
+    ).select("place", "role", "behaviour_id", "row")
 
 
 def _replaced(table: pl.DataFrame, of: pl.DataFrame, column: str) -> pl.DataFrame:
@@ -65,15 +72,19 @@ def _replaced(table: pl.DataFrame, of: pl.DataFrame, column: str) -> pl.DataFram
 
 
 def dealt(
-    deal: Deal, decisions: pl.DataFrame, sights: pl.DataFrame, pairs: pl.DataFrame, settings: AppraisalSettings,
-    version: int, watched: pl.DataFrame | None = None,
-) -> tuple[pl.DataFrame, pl.DataFrame]:
-    """Appraisals and kept pairs, as :func:`pipeline.policies.appraise.appraise`, of a log that was dealt out anew."""
+    deal: Deal, decisions: pl.DataFrame, sights: pl.DataFrame, pairs: pl.DataFrame,
+    settings: AppraisalSettings, version: int, watched: pl.DataFrame | None = None,
+) -> Tables:  # fmt: skip
+    """Appraisals and kept pairs of a log that was dealt out anew.
+
+    ``deal`` deals it out; the rest is as for :func:`pipeline.policies.appraise.appraise`.
+    """
     assert not settings.watched, "what was watched is not dealt out"
     return appraise(*deal(decisions, sights, settings.seed), pairs, settings, version, watched)
 
 
 def stages(deal: Deal) -> Chain:
     """The stages of a season whose apprentice learns from a log that was dealt out anew."""
-    compute = partial(policies.compute, fit=partial(dealt, deal))
-    return Chain(*(replace(stage, compute=compute) if noun == "policies" else stage for noun, stage in STAGES.items()))
+    fit = partial(policies.compute, fit=partial(dealt, deal))
+    own = dict(STAGES) | {"policies": replace(STAGES["policies"], compute=fit)}
+    return Chain(*own.values())

@@ -1,7 +1,7 @@
-"""Train a peer of d3rlpy on logged decisions, and keep its network. Imports nothing of this project but arrays.
+"""Training of a peer of d3rlpy on logged decisions. Imports nothing of this project but arrays.
 
-``PYTHONPATH=tests .venv-d3rlpy/bin/python -m studies.peers.offline LEARNER SEED DECISIONS OUT`` reads the .npz file
-that :mod:`studies.peers.logged` wrote, and writes ``OUT``.
+``PYTHONPATH=data/studies .venv-d3rlpy/bin/python -m peers.offline LEARNER SEED DECISIONS OUT`` reads the .npz
+file that :mod:`peers.logged` wrote, and writes the network to ``OUT``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import d3rlpy
 import numpy as np
 import torch
 from d3rlpy.dataset import TransitionMiniBatch
-from studies.peers.network import of_modules
+from peers.network import of_modules
 
 #: Discount of a decision, as that of the other peers.
 DISCOUNT = 0.99
@@ -26,13 +26,14 @@ _LAYERS = d3rlpy.models.VectorEncoderFactory(hidden_units=[64, 64])
 
 
 def learner_of(name: str) -> Any:
-    """The learner of a name: ``bc``; ``cql`` for goals; ``cql-v`` for the change of V alone, without a future."""
+    """The learner of a name: ``bc``; ``cql`` for goals; ``cql-v`` for V's change alone, without a future."""
     common: dict[str, Any] = {"batch_size": BATCH, "encoder_factory": _LAYERS}
     if name == "bc":
         return d3rlpy.algos.DiscreteBCConfig(learning_rate=5e-4, beta=0.0, **common).create(device="cpu:0")
     discount = DISCOUNT if name == "cql" else 0.0
     return d3rlpy.algos.DiscreteCQLConfig(
-        learning_rate=3e-4, gamma=discount, target_update_interval=2_000, alpha=1.0, **common).create(device="cpu:0")
+        learning_rate=3e-4, gamma=discount, target_update_interval=2_000, alpha=1.0, **common,
+    ).create(device="cpu:0")
 
 
 def train(name: str, seed: int, decisions: Path, out: Path, steps: int) -> None:
@@ -56,8 +57,9 @@ def train(name: str, seed: int, decisions: Path, out: Path, steps: int) -> None:
         rows = rng.choice(known, BATCH)
         after = np.minimum(rows + 1, len(seen) - 1)
         learner.update(TransitionMiniBatch(
-            observations=seen[rows], actions=actions[rows], rewards=rewards[rows], next_observations=seen[after],
-            next_actions=actions[after], terminals=over[rows], intervals=ones, transitions=[]))
+            observations=seen[rows], actions=actions[rows], rewards=rewards[rows],
+            next_observations=seen[after], next_actions=actions[after], terminals=over[rows], intervals=ones,
+            transitions=[]))
     of_modules(_layers(learner.impl.modules, name)).save(out)
 
 

@@ -1,8 +1,8 @@
 """V of matches that are being played, for rewards: goals come once in ten seconds, V changes at each step.
 
-A reward that adds ``discount * V(after) - V(before)`` has the same best policies (Ng, Harada and Russell 1999,
-"Policy invariance under reward transformations"). V is the model that the package ships, which has not seen
-these matches.
+A reward that adds ``discount * V(after) - V(before)`` has the same best policies (Ng, Harada and Russell
+1999, "Policy invariance under reward transformations"). V is the model that the package ships, which has not
+seen these matches.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ class Worth:
             *(pitch.match.views[1 - team] for pitch, team in zip(pitches, teams, strict=True))])
         robots = views.shape[1] // 2
         ball = BallStates(*(views[:, BALL, part] for part in (X, Y, VX, VY)))
-        own, their = (RobotStates(*(views[:, first : first + robots, part].T for part in (X, Y, THETA, VX, VY)))
-                      for first in (1, 1 + robots))
+        own, their = (
+            RobotStates(*(views[:, first : first + robots, part].T for part in (X, Y, THETA, VX, VY)))
+            for first in (1, 1 + robots))
         logits = logits_of(self._model, features(ball, own, their, _PITCH))
         scores = probability(self._calibration[0] * logits + self._calibration[1])
         on = np.array([pitch.match.in_play for pitch in pitches])
