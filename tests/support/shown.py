@@ -7,7 +7,7 @@ A bare fence of a page has a line before it, which readers do not see:
 - ``<!-- output: DATA 1-3 "knowledge version" "policy version"+1 -->``: the first three lines, the next line with
   the first text, and the next with the second text and the one after it. What is left out is a line of its own: …
 - ``<!-- output: DATA `pitchlore kb show` … -->``: that command's, where no fence before it has it.
-- ``<!-- not run: REASON -->``: nothing is compared.
+- ``<!-- not run: REASON -->``: nothing is compared. Before a block of Python: it is not run.
 
 Blank lines and lines of a table's border are left out. ``python -m support.shown`` (``make pages``) writes all
 outputs anew.
@@ -27,6 +27,7 @@ from contextlib import chdir, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
+from unittest.mock import patch
 
 from conftest import RECORDINGS, ROOT, SAMPLE
 
@@ -133,6 +134,13 @@ def shown(page: Path) -> list[Shown]:
     return out
 
 
+def blocks(page: Path, language: str) -> list[tuple[int, str]]:
+    """The blocks of a language in a page, each with its line, but for those that are marked as not run."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    return [(fence.start, "\n".join(lines[fence.start:fence.end])) for fence in fences(lines)
+            if fence.language == language and not _NOT_RUN.fullmatch(fence.before)]
+
+
 def picked(lines: list[str], picks: str) -> list[str]:
     """The lines that a mark picks, with … for those that are left out.
 
@@ -183,7 +191,7 @@ class Folder:
         if words not in self.printed:
             from pitchlore.flows.cli import main
 
-            with chdir(self.root), redirect_stdout(io.StringIO()) as said:
+            with chdir(self.root), patch.dict(os.environ, COLUMNS=str(WIDTH)), redirect_stdout(io.StringIO()) as said:
                 try:
                     main(list(words[1:]))
                 except SystemExit as stop:
@@ -231,7 +239,6 @@ def write() -> None:
 
 
 if __name__ == "__main__":
-    os.environ["COLUMNS"] = str(WIDTH)
     try:
         write()
     except ValueError as why:
