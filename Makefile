@@ -195,42 +195,14 @@ study-values: $(READY)  ## whether V and the values of behaviours predict (a qua
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	$(BIN)/python data/studies/labels/study.py $(RECORDINGS)
 
+# STUDY_DATA keeps what was played: a study that was stopped goes on.
 paradigms: $(READY)  ## section 5 of the paper in full (about 50 minutes on two free cores)
-	$(BIN)/pitchlore paradigms --export data/studies/paradigms
-	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity --comparison
-	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
-
-# The settings were searched for with seeds below 101.
-SEASON = $(BIN)/pitchlore season --seed 101 --on processes:2 --discard --data $(STUDY_DATA)
-EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(STUDY_DATA)
-APPRENTICES := 101 102 103 104 105
-IDEAS := begin-all bold both-teams constant-steps each-decision grams influence no-interrupts no-least-time \
-  one-match optimistic paper-clock random-tries short-traces states
-SEASONS := data/studies/seasons
-# What the paper leaves open.
-VARIED := $(sort $(wildcard data/studies/sensitivity/paper-vary-*.toml))
+	$(BIN)/python data/studies/paradigms/study.py $(STUDY_DATA)
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (about three hours on two free cores)
-	$(SEASON) --settings paper --seasons 5
-	$(SEASON) --settings paper-literal --seasons 5
-	$(SEASON) --settings $(SEASONS)/paper-full35.toml --opponent static --opponent human-like --seasons 5
-	$(SEASON) --settings $(SEASONS)/paper-level.toml --seasons 5
-	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
-	$(SEASON) --settings best-in-games --seasons 5
-	for idea in $(IDEAS); do $(SEASON) --settings $(SEASONS)/best-$$idea.toml --games 20 --seasons 3 || exit 1; done
-	for other in random static; do $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; done
-	for team in constant:044 constant:021 best-constant $(addprefix best-static-,$(APPRENTICES)) \
-	    $(addprefix best-in-games-static-,$(APPRENTICES)); do \
-	  for against in "--against random" ""; do \
-	    $(EVALUATE) --policy $$team $$against --matches 100 || exit 1; \
-	  done; \
-	done
-	$(BIN)/pitchlore report --export $(SEASONS) --data $(STUDY_DATA)
+	$(BIN)/python data/studies/seasons/study.py $(STUDY_DATA)
 
-# Paper's figures need games 1 to 10, and a few after the change of the score.
 sensitivity: $(READY)  ## the paper's seasons with each setting that it leaves open (40 minutes on two free cores)
-	$(SEASON) --settings paper --seasons 3 --games 14
-	for variation in $(VARIED); do $(SEASON) --settings $$variation --seasons 3 --games 14 || exit 1; done
 	$(BIN)/python data/studies/sensitivity/study.py $(STUDY_DATA)
 
 golden: $(READY)  ## write the goldens anew; review the diff

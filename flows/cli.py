@@ -137,7 +137,7 @@ COMMANDS = (
     Command(
         "report", "report:report",
         "Write a report on all seasons: the paper's Table 3, Figures 8 to 10 and claims beside our results.",
-        "pitchlore report --export data/studies/seasons",
+        "pitchlore report --export season-report",
     ),
     Command(
         "runs", "runs:runs",

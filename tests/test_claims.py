@@ -182,8 +182,7 @@ def test_verdict_order():
     grows, unclear, falls = Estimate(2, 1, 3), Estimate(1, -1, 3), Estimate(-2, -3, -1)
     assert verdict(grows) == verdict(grows, printed=0.1) == "reproduced"
     assert verdict(grows, printed=0.0) == verdict(grows, 0, printed=-1.0) == "contradictory"
-    assert verdict(grows, 4) == verdict(UNDEFINED, 0, aim=True) == verdict(falls, 4, by_construction=True) == "not judged"
-    assert [verdict(e, aim=True) for e in (grows, unclear, falls)] == ["reached", "not reached", "not reached"]
+    assert verdict(grows, 4) == verdict(UNDEFINED, 0) == verdict(falls, 4, by_construction=True) == "not judged"
     assert [verdict(e, by_construction=True) for e in (grows, unclear, falls)] == ["by construction", UNDECIDED, CONTRADICTED]
 
 

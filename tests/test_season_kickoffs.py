@@ -2,20 +2,16 @@
 
 import polars as pl
 import pytest
-from conftest import ROOT
-from sensitivity.study import changes
 from support.seasons import season, tables
 from test_season_tables import GAME, KICK, decisions, goals, match
 
-from pitchlore.pipeline.report.kickoffs import NOT_TOLD, conclusions, kick_offs
+from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.measures import BRIEF, OTHER, OTHER_TIME
-from pitchlore.pipeline.report.sections import about_kick_offs, about_sensitivity
+from pitchlore.pipeline.report.report import about_comparisons
 from pitchlore.pipeline.report.sensitivity import sensitivity
 from pitchlore.pipeline.report.summary import beside_table_3, compared
 from pitchlore.pipeline.seasons.tables import game_row
-from pitchlore.pipeline.views.plots.report import pictures
 
-STUDY = ROOT / "data" / "studies" / "sensitivity"
 STATIC, HUMAN = "static", "human-like"
 S = 1_000_000_000
 FRAME = S / 60
@@ -64,10 +60,6 @@ def test_kick_offs():
     assert row["kick_offs"] == pytest.approx(15.5 + 1 + 1)
     assert row["other"] == pytest.approx(100 * 3 * 17.5 / 1000)
     assert (row["in_first"], row["later"]) == (100.0, 0.0)  # the first 200 actions of a game hold all of them
-    said = " ".join(conclusions(kick_offs(games)))
-    # games 11 to 35 of the paper's column: 132 a game
-    assert "There are 3 of them for each kick-off. Goals + 1 accounts for 100 %" in said
-    assert "the paper's 132 learned actions a game (from game 11 on) are 44.1 kick-offs, one each 10.9 s" in said
 
 
 def test_learned_play_is_no_kick_off():
@@ -84,20 +76,8 @@ def test_without_the_score():
     some = [season(name, HUMAN, s, last=20, other=lambda g: 3.0) for name in ("paper", "paper-full35", "best") for s in range(3)]
     games, _ = tables(*some)
     assert kick_offs(games).select("settings", "opponent").rows() == [("paper", HUMAN), ("paper-full35", HUMAN)]
-    told = "\n".join(about_kick_offs(games))
-    assert "- With `paper-full35` against human-like (a second script): 100 % of our learned actions" in told
-
-
-def test_too_few():
-    """A column with hardly any learned actions leads to no number of kick-offs, and old seasons to none at all."""
-    games, _ = tables(*(season("paper", HUMAN, s, last=20, other=lambda g, s=s: 5.0 if (s, g) == (0, 12) else 0.0) for s in range(3)))
-    said = list(conclusions(kick_offs(games)))
-    assert said[-1].endswith(" They are too few to say anything of the paper's column.")
     old = games.with_columns(pl.lit(None, pl.Int64).alias("first_other_actions"))
-    assert kick_offs(old)["in_first"].to_list() == [None]
-    assert list(conclusions(kick_offs(old))) == []
-    assert next(iter(reversed(list(about_kick_offs(games))))).endswith(NOT_TOLD)
-    assert list(about_kick_offs(games.filter(pl.col("settings") == "best"))) == []
+    assert kick_offs(old)["in_first"].to_list() == [None] * 2
 
 
 def varied():
@@ -115,25 +95,14 @@ def test_sensitivity():
     assert (paper["behaviours"], maps["behaviours"]) == (3 * 5 * 14, 3 * 2 * 14)
     assert (paper["difference"], maps["difference"]) == (-10.0, -10 - 12.5)  # games 11 to 14
     assert maps["states"] == 3 * 100 * 14
-    told = "\n".join(about_sensitivity(games, growth, changes()))
-    assert "- `paper-vary-maps-large`: Maps of about twice as many neurons: 20, 24, 30 and 49." in told
     assert sensitivity(*tables(season("paper", STATIC)), "paper").height == 0
 
 
 def test_variations_are_apart():
-    """Variations are no ablations: neither the comparison of settings nor the plots have them."""
-    games, growth = varied()
-    assert "ablations-paper" not in pictures(games, growth)
+    """Variations are no settings beside others: the page leaves them out of its comparison."""
+    games, _ = varied()
     assert set(compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
-
-
-def test_variations_say_what_changes():
-    """Each file of a variation begins with a sentence on its change, and the committed page has it."""
-    said, page = changes(), (STUDY / "README.md").read_text()
-    assert len(said) == 9
-    for name, change in said.items():
-        assert change.endswith(".")
-        assert f"- `{name}`: {change}\n" in page
+    assert "paper-vary-" not in "\n".join(about_comparisons(games))
 
 
 def test_time_in_table_3():

@@ -18,9 +18,9 @@ from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelle
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
 from pitchlore.pipeline.report.claims import BEST, IN_GAMES, STATIC, verdicts
 from pitchlore.pipeline.report.document import web_page
-from pitchlore.pipeline.report.measures import CONTROLS
+from pitchlore.pipeline.report.measures import CONTROLS, seasons_of
 from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred
-from pitchlore.pipeline.report.report import COLOURS, SeasonsReport
+from pitchlore.pipeline.report.report import COLOURS, markdown
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE, Receipt
@@ -121,10 +121,6 @@ class Apprentice(NamedTuple):
     season: Season
     player: Player
 
-    def digests(self) -> dict[str, str]:
-        """SHA-256 of the policy, by its place."""
-        return {f"seasons/{self.season.id}/policies": self.player.manifest.files["policies"].sha256}
-
 
 def apprentices(store: Store, seasons: Sequence[Receipt]) -> list[Apprentice]:
     """Apprentices of the best settings, without those whose season's own store is gone.
@@ -163,8 +159,6 @@ class Sources(NamedTuple):
         found: dict[str, str] = {}
         for receipt in (*self.seasons, *self.measurements.counted):
             found |= receipt.digests()
-        for taught in self.apprentices:
-            found |= taught.digests()
         return found
 
 
@@ -234,10 +228,9 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
 
 def _made(found: ReportTables, draw: DrawSeasons) -> Made:
     """Claims, plots, and the report as Markdown and as a web page."""
-    games, growth, evaluations, left_out, preferences = found
-    claims, pictures = verdicts(games, growth, evaluations), draw(games, growth)
-    text = SeasonsReport(
-        games, growth, evaluations, left_out, preferences, claims, list(pictures), RELEASE).markdown()
+    games, growth, evaluations, left_out, _ = found
+    claims, pictures = verdicts(seasons_of(games, growth)), draw(games, growth)
+    text = markdown(games, evaluations, left_out, claims, list(pictures), RELEASE)
     page = web_page(TITLE, text, pictures, COLOURS)
     return Made(
         tables=[(claims, Claims)],

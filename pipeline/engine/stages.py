@@ -265,5 +265,5 @@ STAGES = Chain(
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=2),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=2),
     Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=2),
-    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=7),
+    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=8),
 )

@@ -9,7 +9,7 @@ interval. One rule gives all verdicts; the first line that applies counts:
    neither, or there is no interval. A quantity too noisy to tell is so never counted as reproduced.
 
 A claim that every run of the system must fulfil is *by construction* instead of reproduced: it is no
-evidence. Any other aim of ours is *reached* if it is reproduced, else *not reached*.
+evidence.
 """
 
 from __future__ import annotations
@@ -83,7 +83,6 @@ class Claim(Generic[Study]):
         stated: range that the statement gives the quantity.
         evidence: function from a study to the quantity's estimates, in the order of the verdicts' table.
         by_construction: every run of the system fulfils the claim, whatever is learned.
-        aim: the claim is an aim of ours.
     """
 
     item: str
@@ -92,7 +91,6 @@ class Claim(Generic[Study]):
     stated: Range
     evidence: Callable[[Study], Iterable[Evidence]]
     by_construction: bool = False
-    aim: bool = False
 
     def verdict(self, evidence: Evidence, least: int) -> str:
         """Verdict by the module's rule; ``least`` observations are enough to judge."""
@@ -102,11 +100,7 @@ class Claim(Generic[Study]):
         if evidence.observations < least:
             return "not judged"
         verdict = self.stated.verdict(evidence.estimate)
-        if self.by_construction and verdict == "reproduced":
-            return "by construction"
-        if self.aim:
-            return "reached" if verdict == "reproduced" else "not reached"
-        return verdict
+        return "by construction" if self.by_construction and verdict == "reproduced" else verdict
 
 
 def findings(

@@ -7,19 +7,13 @@ others, and each goal brings one more. So a share of learned actions can count g
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import polars as pl
 
 from pitchlore.pipeline.report import table3
 from pitchlore.pipeline.report.claims import PAPER, WITHOUT_SCORE
-from pitchlore.pipeline.report.document import number
 from pitchlore.pipeline.report.measures import OTHER, Pooling, pooled, seasons_of
-from pitchlore.schemas import called
-from pitchlore.schemas.decisions import FIRST_S
 
-#: Length of the paper's games, seconds: "about eight minutes".
-_GAME_S = 480.0
 _KICK_OFFS = pl.col("goals_for").cast(pl.Int64) + pl.col("goals_against") + 1
 _OTHER, _ALL = pl.col("other_actions").sum(), pl.col("actions").sum()
 _FIRST_OTHER, _FIRST = pl.col("first_other_actions").sum(), pl.col("first_actions").sum()
@@ -37,13 +31,6 @@ MEASURES: dict[str, tuple[pl.Expr, Pooling]] = {
     "kick_offs": (_KICK_OFFS.mean(), "count"),
     "each": (_OTHER / _KICK_OFFS.sum(), "count"),
     "r": (pl.corr(OTHER, _KICK_OFFS), "correlation"),
-}
-#: Their headings.
-HEADINGS = {
-    "other": "learned actions, %", "later": f"the same without the first {FIRST_S:g} s, %",
-    "in_first": f"of the learned, in the first {FIRST_S:g} s, %",
-    "states": "states of learned actions, a game",
-    "kick_offs": "goals + 1, a game", "each": "learned actions by goals + 1", "r": "r of both, over games",
 }
 
 
@@ -89,35 +76,3 @@ def _of(games: pl.DataFrame, value: pl.Expr) -> float:
         return math.nan
     found = games.select(value).item()
     return math.nan if found is None else float(found)
-
-
-def conclusions(rows: pl.DataFrame) -> Iterator[str]:
-    """Consequences for the paper's own table: a paragraph for each row of :func:`kick_offs`."""
-    for row in rows.drop_nulls("in_first").iter_rows(named=True):
-        column = table3.column_of(row["opponent"])
-        assert column is not None, row
-        paper = table3.games(column).filter(pl.col("game") >= row["first"])
-        others = float(paper["other_actions"].mean())  # type: ignore[arg-type]
-        needed = others / row["each"]
-        first = number(row["in_first"])
-        said = [
-            f"With `{row['settings']}` against {called(row['opponent'])}:",
-            f"{first} % of our learned actions fall in the first second of an episode.",
-            f"There are {number(row['each'])} of them for each kick-off."]
-        if (row["r_low"] or 0.0) > 0.0:
-            explained = number(100 * row["r"] ** 2)
-            said.append(f"Goals + 1 accounts for {explained} % of their variance over games.")
-        if (row["each_low"] or 0.0) > 0.0:
-            said.append(
-                f"At that rate the paper's {number(others)} learned actions a game (from game {row['first']}"
-                f" on) are {number(needed)} kick-offs, one each {number(_GAME_S / needed)} s; ours have"
-                f" {number(row['kick_offs'])}.")
-        else:
-            said.append("They are too few to say anything of the paper's column.")
-        yield " ".join(said)
-
-
-#: What the paper's table cannot tell, whatever we measure.
-NOT_TOLD = (
-    "The paper gives no goals of these games. So its 3 to 4 % against the static team, and its 2.50 % against"
-    " people, can be kick-offs, learned play, or both: the table alone does not tell.")

@@ -20,18 +20,10 @@ from pitchlore.pipeline.report.measures import (
 )
 from pitchlore.pipeline.report.table3 import CHANGE
 
-#: How names of variations begin.
+#: First part of the names of variations of the paper's settings.
 PREFIX = "paper-vary-"
 #: Last games that the goal difference is of.
-_LAST = 4
-
-#: Headings of the columns of :func:`sensitivity` that have intervals.
-HEADINGS = {
-    "states": "states (Figure 8)", "behaviours": "behaviours (Figure 9)",
-    "early": f"learned actions to game {CHANGE - 1}, %", "late": f"from game {CHANGE} on, %",
-    "effective": "goals effectively made a game (Figure 10)",
-    "difference": f"goal difference, last {_LAST} games",
-}
+LAST = 4
 
 
 def varied() -> pl.Expr:
@@ -84,5 +76,5 @@ def _measures(last: int) -> dict[str, tuple[SeasonMeasure, Pooling]]:
         "early": (mean(OTHER, 1, min(last, CHANGE - 1)), "percent"),
         "late": (mean(OTHER, CHANGE, last), "percent"),
         "effective": (mean(EFFECTIVE, 1, last), "count"),
-        "difference": (mean(DIFFERENCE, max(1, last - _LAST + 1), last), "mean"),
+        "difference": (mean(DIFFERENCE, max(1, last - LAST + 1), last), "mean"),
     }

@@ -1,4 +1,4 @@
-"""Plots of seasons, game by game: the paper's Table 3 and Figures 8 to 10, and our own settings.
+"""Plots of seasons, game by game: the paper's Table 3 and Figures 8 to 10, and our best settings.
 
 Every table of curves has the columns what, settings, opponent, game, seasons, mean, low and high
 (``pipeline.report.summary.curves``); Figures 8 and 9 have role, too. A line is the mean over the
@@ -19,28 +19,20 @@ from matplotlib.ticker import MaxNLocator
 
 from pitchlore.pipeline.arena.teams.table import TEAMS
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain
+from pitchlore.pipeline.views.plots.style import Dashes, plain
 from pitchlore.schemas import ROLES, called
 from pitchlore.schemas.seasons import PERSON
 
-#: Colour and line of the settings that are varied, and of their ablations.
-_BASE: tuple[str, Dashes] = ("0.35", (0, (5, 2)))
-_VARIED: tuple[str, Dashes] = (COLOURS[0], "solid")
-
-#: Inches: width of a figure, height of a row of panels, and of a row if there are many.
-_WIDTH, _HEIGHT, _LOW = 10.0, 3.1, 2.1
-#: Ablations in one row.
-_ABREAST = 4
+#: Inches: width of a figure, and height of a row of panels.
+_WIDTH, _HEIGHT = 10.0, 3.1
 
 
 class _Panel(NamedTuple):
-    """One pair of axes: titles, and curves told apart by the column ``of``, opponent or settings."""
+    """One pair of axes: titles, and a curve for each opponent."""
 
     title: str
     label: str
     rows: pl.DataFrame
-    of: str = "opponent"
-    base: str = ""  # settings that the others vary
 
 
 def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
@@ -65,18 +57,18 @@ def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
             axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)))
             axes.annotate("score changed", (change - 0.3, 1), xycoords=("data", "axes fraction"), fontsize=8,
                           color="0.35", va="top")
-    return _keyed(figure, columns=2)
+    return keyed(figure, columns=2)
 
 
 def states(curves: pl.DataFrame) -> Figure:
     """Figure 8: known states of each role, from curves of ``states``."""
-    return _keyed(_drawn(_by_role(curves, {"states": "states"}), 3))
+    return keyed(_drawn(_by_role(curves, {"states": "states"}), 3))
 
 
 def actions(curves: pl.DataFrame) -> Figure:
     """Figure 9: known behaviours of each role, and pairs of state and behaviour, from curves of both."""
     labels = {"behaviours": "distinct behaviours", "pairs": "(state, behaviour) pairs"}
-    return _keyed(_drawn(_by_role(curves, labels), 3))
+    return keyed(_drawn(_by_role(curves, labels), 3))
 
 
 def goals(curves: pl.DataFrame) -> Figure:
@@ -91,7 +83,7 @@ def goals(curves: pl.DataFrame) -> Figure:
         "difference": ("(c) all goals, for less against", "goal difference a game")})
     figure = _drawn(panels, 3)
     figure.axes[2].axhline(0, color="0.6", linewidth=0.8, zorder=1)
-    return _keyed(figure)
+    return keyed(figure)
 
 
 def progress(curves: pl.DataFrame, aim: float) -> Figure:
@@ -110,54 +102,7 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
     figure.axes[1].annotate(f"aim: {aim:g} %", (1, aim), xycoords=("axes fraction", "data"), xytext=(-4, -3),
                             textcoords="offset points", fontsize=8, color="0.35", ha="right", va="top")
     figure.axes[1].set_ylim(-2, 102)
-    return _keyed(figure)
-
-
-def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
-    """Goal difference and time in learned behaviours of each ablation, in a column of its own, with its base.
-
-    Args:
-        curves: curves of ``difference`` and ``other``, against one opponent.
-        base: settings that the others vary, drawn in grey in all panels.
-        change: first game with the changed score; None if the settings do not change it.
-    """
-    names = sorted(set(curves["settings"]) - {base})
-    columns = math.ceil(len(names) / math.ceil(len(names) / _ABREAST))
-    panels: list[_Panel | None] = []
-    for first in range(0, len(names), columns):
-        row = names[first:first + columns]
-        for what, label in (("difference", "goal difference a game"), ("other", "learned, % of time")):
-            for name in row:
-                drawn = curves.filter((pl.col("what") == what) & pl.col("settings").is_in([base, name]))
-                title = f"{name} ({_seasons(drawn.filter(pl.col('settings') == name))})"
-                panels.append(_Panel(title if what == "difference" else "", label if name == row[0] else "",
-                                     drawn, "settings", base))
-            panels += [None] * (columns - len(row))
-    figure = _drawn(panels, columns, height=_LOW, size=8.5)
-    for kind, what in enumerate(("difference", "other")):
-        alike = [axes for place, axes in enumerate(figure.axes) if place // columns % 2 == kind]
-        limits = _limits(curves.filter(pl.col("what") == what), base)
-        for axes in alike:
-            axes.set_ylim(limits)
-            if kind == 0:
-                axes.axhline(0, color="0.6", linewidth=0.8, zorder=1)
-            if change is not None:
-                axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)), zorder=1)
-    return _keyed(figure)
-
-
-def _limits(curves: pl.DataFrame, base: str) -> tuple[float, float]:
-    """Ends of the vertical axis, with room for all lines and the base's band.
-
-    Bands of few seasons are so wide that they would fill it; the panel cuts them off.
-    """
-    of_base = pl.col("settings") == base
-    low, high = curves.select(
-        low=pl.min_horizontal(pl.col("mean").min(), pl.col("low").filter(of_base).min()),
-        high=pl.max_horizontal(pl.col("mean").max(), pl.col("high").filter(of_base).max()),
-    ).row(0)
-    room = 0.05 * (high - low) or 1.0
-    return low - room, high + room
+    return keyed(figure)
 
 
 def _by_measure(curves: pl.DataFrame, titles: dict[str, tuple[str, str]]) -> list[_Panel]:
@@ -174,43 +119,29 @@ def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
     ]
 
 
-def _drawn(
-    panels: Sequence[_Panel | None], columns: int, *, shared: bool = False, height: float = _HEIGHT,
-    size: float = 10.0,
-) -> Figure:
-    """Figure of all panels, without legends; None leaves a place empty, ``size`` is that of the titles.
+def _drawn(panels: Sequence[_Panel], columns: int, *, shared: bool = False) -> Figure:
+    """Figure of all panels, without legends.
 
     Raises:
         NotFound: if there is no curve at all.
     """
-    if not any(panel and panel.rows.height for panel in panels):
+    if not any(panel.rows.height for panel in panels):
         raise NotFound("there are no games to draw", where="plots of seasons",
                        next_step="Play seasons with `pitchlore season`")
     lines = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(_WIDTH, 0.5 + height * lines), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, 0.5 + _HEIGHT * lines), layout="constrained")
     grid = figure.subplots(lines, columns, sharex=True, sharey=shared, squeeze=False)
     for place, (axes, panel) in enumerate(zip(grid.flat, panels, strict=True)):
-        if panel is None:
-            axes.set_visible(False)
-            continue
-        for (name,), curve in panel.rows.partition_by(panel.of, as_dict=True).items():
-            _draw(axes, curve, *_look(panel, str(name), _seasons(curve)))
-        axes.set_title(panel.title, loc="left", fontsize=size)
+        for (name,), curve in panel.rows.partition_by("opponent", as_dict=True).items():
+            team = TEAMS["human" if name == PERSON else str(name)]
+            draw(axes, curve, f"against {_named(str(name))} ({seasons(curve)})", team.colour, team.dashes)
+        axes.set_title(panel.title, loc="left", fontsize=10.0)
         axes.set_ylabel(panel.label)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
-        if place + columns >= len(panels) or panels[place + columns] is None:
+        if place + columns >= len(panels):
             axes.set_xlabel("game")
-            axes.xaxis.set_tick_params(labelbottom=True)
         plain(axes, "y")
     return figure
-
-
-def _look(panel: _Panel, name: str, seasons: str) -> tuple[str, str, Dashes]:
-    """Label, colour and line of a curve."""
-    if panel.of == "opponent":
-        team = TEAMS["human" if name == PERSON else name]
-        return f"against {_named(name)} ({seasons})", team.colour, team.dashes
-    return (f"{name} ({seasons})", *_BASE) if name == panel.base else ("with the change", *_VARIED)
 
 
 def _named(opponent: str) -> str:
@@ -218,13 +149,13 @@ def _named(opponent: str) -> str:
     return "people" if opponent == PERSON else called(opponent).replace(" (", ", ").rstrip(")")
 
 
-def _seasons(curve: pl.DataFrame) -> str:
+def seasons(curve: pl.DataFrame) -> str:
     """Number of seasons of a curve in words, the greatest over its games."""
-    seasons = int(curve["seasons"].max() or 0)  # type: ignore[arg-type]
-    return f"{seasons} season{'s' if seasons > 1 else ''}"
+    count = int(curve["seasons"].max() or 0)  # type: ignore[arg-type]
+    return f"{count} season{'s' if count > 1 else ''}"
 
 
-def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes) -> None:
+def draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes) -> None:
     """Draw one curve with its band."""
     rows = curve.sort("game")
     low, high = (rows[end].fill_null(math.nan).to_numpy() for end in ("low", "high"))
@@ -233,7 +164,7 @@ def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes
               marker="o" if rows.height == 1 else "", label=label)
 
 
-def _keyed(figure: Figure, columns: int = 3) -> Figure:
+def keyed(figure: Figure, columns: int = 3) -> Figure:
     """The figure with one legend below all panels, each label once."""
     handles: dict[str, Line2D] = {}
     for axes in figure.axes:
