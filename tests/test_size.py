@@ -1,0 +1,49 @@
+"""The core's size: all that a recording needs on its way from bytes to a policy.
+
+Lines count that have something on them, docstrings and comments among them. A capability that needs more of
+them raises :data:`MOST` in the same commit and says why, after looking for what it makes unnecessary.
+"""
+
+from __future__ import annotations
+
+from conftest import ROOT
+
+MOST = 22_000
+
+#: Files of each room of the core, as patterns under the project's folder.
+CORE = {
+    "base": ("pipeline/__init__.py", "pipeline/settings.py", "pipeline/base/**/*.py"),
+    "numbers": ("pipeline/numbers/**/*.py",),
+    "game": ("pipeline/game/**/*.py",),
+    "schemas": ("schemas/**/*.py", "schemas/**/*.msg"),
+    "log": ("pipeline/matches/**/*.py",),
+    "readers of tables and rcg": (
+        "pipeline/importers/*.py", "pipeline/importers/tracking/**/*.py", "pipeline/importers/rcg/**/*.py"),
+    "store": ("pipeline/store/**/*.py",),
+    "stages": (
+        *(f"pipeline/{noun}/**/*.py" for noun in (
+            "sides", "trajectories", "situations", "events", "values", "sequences", "behaviours", "policies")),
+        "pipeline/goals.py", "pipeline/decisions.py", "pipeline/knowledge.py"),
+    "state": ("pipeline/state/**/*.py",),
+    "engine": ("pipeline/engine/**/*.py",),
+    "face": ("pipeline/face/**/*.py",),
+}
+#: Files of these rooms for buckets and clusters.
+BESIDE = ("pipeline/store/buckets.py", "pipeline/store/mirrors.py", "pipeline/engine/placement/cluster.py")
+
+
+def sizes() -> dict[str, int]:
+    """Lines with something on them, by room."""
+    beside = {ROOT / name for name in BESIDE}
+    assert all(path.exists() for path in beside)
+    files = {room: {path for pattern in patterns for path in ROOT.glob(pattern)} - beside
+             for room, patterns in CORE.items()}
+    return {room: sum(bool(line.strip()) for path in paths for line in path.read_text().splitlines())
+            for room, paths in files.items()}
+
+
+def test_core():
+    """The core fits; each of its rooms is there."""
+    found = sizes()
+    assert [room for room, lines in found.items() if not lines and room != "face"] == []
+    assert sum(found.values()) <= MOST, "\n".join(f"{lines:6,} {room}" for room, lines in found.items())
