@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import select
 import signal
+import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -31,7 +31,7 @@ _SHOW_CURSOR = "\x1b[?25h"  # progress bars hide it
 
 _ending = Lock()
 #: Signals that end the body of :func:`until_stopped`, and whether there is one now.
-_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 _goes_on = Event()
 
 
@@ -61,9 +61,10 @@ def interruptible() -> Iterator[Callable[[], bool]]:
                 end()
             raise KeyboardInterrupt
 
-    heard, told = os.pipe()
-    os.set_blocking(told, False)
-    before = signal.signal(signal.SIGINT, interrupt), signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    heard, told = socket.socketpair()
+    told.setblocking(False)
+    before = signal.signal(signal.SIGINT, interrupt), signal.set_wakeup_fd(
+        told.fileno(), warn_on_full_buffer=False)
     ending = signal.signal(signal.SIGTERM, lambda *_: None)  # so that the watch hears of it
     Thread(target=_watch, args=(heard,), name="ctrl-c", daemon=True).start()
     try:
@@ -76,7 +77,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.set_wakeup_fd(before[1])
         signal.signal(signal.SIGINT, before[0])
         signal.signal(signal.SIGTERM, ending)
-        os.close(told)
+        told.close()
 
 
 @contextmanager
@@ -95,7 +96,8 @@ def until_stopped() -> Iterator[Callable[[], bool]]:
     if current_thread() is not main_thread():
         yield lambda: False
         return
-    wanted = _STOPS if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN else _STOPS[:-1]  # nohup's
+    nohup = signal.getsignal(_STOPS[-1]) is signal.SIG_IGN
+    wanted = _STOPS[:-1] if nohup else _STOPS
     before = {number: signal.signal(number, stop) for number in wanted}
     _goes_on.set()
     try:
@@ -115,17 +117,21 @@ def _loads(frame: FrameType | None) -> bool:
     return False
 
 
-def _watch(heard: int) -> None:
+def _watch(heard: socket.socket) -> None:
     """End the process :data:`GRACE_S` after the first SIGINT, at the second, or at SIGTERM.
 
-    A body of :func:`until_stopped` is ended by SIGTERM and SIGHUP as by SIGINT. It does nothing if the pipe
-    closes.
+    A body of :func:`until_stopped` is ended by SIGTERM and SIGHUP as by SIGINT. It does nothing if the other
+    end of ``heard`` is closed.
     """
     pressed = 0
-    while select.select([heard], [], [], GRACE_S if pressed else None)[0]:
-        signals = os.read(heard, 64)
+    while True:
+        heard.settimeout(GRACE_S if pressed else None)
+        try:
+            signals = heard.recv(64)
+        except TimeoutError:
+            break
         if not signals:
-            os.close(heard)
+            heard.close()
             return
         if signal.SIGTERM in signals and not _goes_on.is_set():
             end("Terminated", TERMINATED)
