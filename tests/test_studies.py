@@ -49,7 +49,7 @@ def same_columns(made, study, *names):
 
 
 @pytest.fixture
-def commands_here(monkeypatch, call, prefect_server):
+def commands_here(monkeypatch, call):
     """Commands of studies are called in this process: others take seconds to start."""
     def command(*words):
         code, _, said = call(*words)

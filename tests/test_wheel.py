@@ -108,6 +108,7 @@ def test_files(wheel):
     licences = f"pitchlore-{pipeline.__version__}.dist-info/licenses"
     assert {f"{licences}/LICENSE", f"{licences}/NOTICE"} <= held
     assert not [name for name in held if "__pycache__" in name or name.endswith((".png", ".jsonl"))]
+    assert {Path(name).suffix for name in held if name.startswith("pitchlore/flows/shipped/studies/")} == {".csv"}
 
 
 @pytest.mark.slow

@@ -106,7 +106,7 @@ def recordings(folder: Path, names: Iterable[str] = ALL) -> dict[str, Path]:
 
     Args:
         folder: has all but the sample.
-        names: of the recordings that are looked for.
+        names: the recordings that are looked for.
     """
     paths = {name: SAMPLE if name == RSIM else folder / name for name in names}
     for path in paths.values():
@@ -146,8 +146,8 @@ class Parts:
     """Results of a study's parts; :func:`going_on` opens them.
 
     Args:
-        path: of the file that keeps them, a line of JSON each: the part, its result.
-        about: who made them. A file of others is not used.
+        path: the file that keeps them, a line of JSON each: the part, its result.
+        about: their maker. A file of another is not used.
     """
 
     def __init__(self, path: Path, about: str) -> None:

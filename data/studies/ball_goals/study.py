@@ -54,7 +54,7 @@ class Known(NamedTuple):
         ball: where it was seen.
         goals: time of each goal, and the end at which it fell.
         spans: start and end of each stretch from a goal to its restart, ns.
-        pitch: of the match.
+        pitch: the match's.
     """
 
     ball: Ball

@@ -38,7 +38,7 @@ def acts(commands: pl.DataFrame, command: str, in_play: pl.Series) -> pl.DataFra
 
     Args:
         commands: rows of schema Commands of one match.
-        command: which kind.
+        command: the kind.
         in_play: times in play, ns; commands at other times do not count.
 
     Returns:

@@ -28,7 +28,7 @@ class Part(NamedTuple):
     Attributes:
         league: kind of pitch.
         recording: file name.
-        half: which half of its samples in play, 0 or 1; None for all.
+        half: the half of its samples in play, 0 or 1; None for all.
         use: "mend" if rules may be changed by its labels, "report" if its labels are looked at once.
         moments: how many.
     """

@@ -32,7 +32,7 @@ def pictures(folder: Path, labelled: Path, recorded: dict[str, Recording]) -> No
     """Draw all moments, and the turns of the robots that a labeller said to stand.
 
     Args:
-        folder: of the pictures, sheets/NNN.png and dials/NNN.png.
+        folder: gets the pictures, sheets/NNN.png and dials/NNN.png.
         labelled: folder of moments.csv and the labels.
         recorded: recordings by name; moments of others are not drawn.
     """
@@ -209,7 +209,7 @@ def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None
 
     Args:
         cases: recording, time of the moment, team, robot, title; at most 24.
-        path: of the picture.
+        path: the picture's.
     """
     figure = Figure(figsize=(11.2, 8.0), dpi=100)
     grid = figure.add_gridspec(

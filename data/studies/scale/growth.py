@@ -32,10 +32,10 @@ class Growth(NamedTuple):
 
     Attributes:
         matches: in the league.
-        run_cpu_s, run_wall_s, run_peak_mib: of `run` from nothing (:class:`scale.study.Cost`).
+        run_cpu_s, run_wall_s, run_peak_mib: costs of `run` from nothing (:class:`scale.study.Cost`).
         run_tasks: Prefect's tasks of it.
-        more_cpu_s, more_peak_mib: of `run` with one more match.
-        more_read_mib: what its stages read (`pitchlore runs`).
+        more_cpu_s, more_peak_mib: costs of `run` with one more match.
+        more_read_mib: bytes that its stages read (`pitchlore runs`).
         behaviours_s, decisions_s, models_s, versions_s: seconds of its stages of all matches.
         files: in the data folder.
         data_mib: size of all of them.

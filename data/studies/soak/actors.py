@@ -68,16 +68,16 @@ class Soak:
     Args:
         league: the data folder.
         clock: the clock of its processes.
-        judge: of the answers.
+        judge: judges the answers.
         seconds: how long it takes.
-        seed: of what happens.
+        seed: chooses what happens.
         room: whether the folder's disk is small, and can be filled.
         log: receives a line for each event.
 
     Attributes:
-        counts: of events, by what they are.
-        findings: what must not be.
-        samples: what the processes took.
+        counts: number of events of each kind.
+        findings: faults.
+        samples: use of the machine by the processes.
     """
 
     def __init__(

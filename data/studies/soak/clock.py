@@ -59,10 +59,10 @@ class Clock:
     """The clock of the processes that have its environment.
 
     Args:
-        folder: of its files.
+        folder: gets its files.
 
     Attributes:
-        environment: of the processes that it steps; without a C compiler empty.
+        environment: for the processes that it steps; without a C compiler empty.
     """
 
     def __init__(self, folder: Path) -> None:

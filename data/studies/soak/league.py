@@ -44,7 +44,7 @@ class League:
 
     Args:
         root: folder of everything.
-        environment: of its commands, besides this process's.
+        environment: for its commands, besides this process's.
 
     Attributes:
         data: the data folder.

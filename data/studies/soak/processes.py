@@ -17,7 +17,7 @@ class Running(NamedTuple):
 
     Attributes:
         pid: its number.
-        role: what it is, in a word.
+        role: its part, in a word.
         mib: resident memory, MiB.
         files: number of its open files.
     """

@@ -38,7 +38,7 @@ class Look(NamedTuple):
         finite: whether all numbers are.
         ball, robot: deepest overlap with a wall, metres.
         ball_deep, robot_deep: frames in which it is more than 5 mm.
-        calls: of the referee, how often each.
+        calls: the referee's, how often each.
     """
 
     frames: int
