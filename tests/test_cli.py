@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
+from dataclasses import fields
 from typing import get_args, get_type_hints
 
 import polars as pl
 import pytest
-from conftest import clip
+from conftest import ROOT, clip
 from support.processes import pitchlore
 from support.receipts import put_receipt, receipt_at
 
 from pitchlore.flows.cli import COMMANDS
+from pitchlore.flows.commands.playing import Learners, Playing, option
 from pitchlore.flows.commands.printing import print_frame
 from pitchlore.flows.commands.run import _print_rounds
 from pitchlore.flows.commands.run import run as run_command
@@ -31,6 +34,22 @@ def test_help_examples(call):
     for command in COMMANDS:
         assert command.name.split()[0] in out
         assert f"Example: {command.example}" in " ".join(call(*command.name.split(), "--help")[1].split())
+
+
+def test_help_of_evaluate_fits_a_screen(call, monkeypatch):
+    """It has at most 24 lines of 100 columns, and names every option."""
+    monkeypatch.setenv("COLUMNS", "100")
+    lines = call("evaluate", "--help")[1].splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= 100
+    said = set(re.findall(r"--[a-z-]+", " ".join(lines)))
+    assert said >= {option(field.name) for model in (Playing, Learners) for field in fields(model)}
+
+
+def test_the_how_to_explains_options_of_learned_teams():
+    """The page that the help names has a row for each option of learned teams."""
+    page = (ROOT / "docs" / "how-to" / "play.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(--[a-z-]+)", page, re.MULTILINE)) == {option(field.name) for field in fields(Learners)}
 
 
 @pytest.mark.parametrize("words", [

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from pitchlore.flows.commands.printing import warn
 from pitchlore.pipeline.engine.folder import existing
-from pitchlore.pipeline.engine.placement.places import VARIABLE
 from pitchlore.pipeline.settings import RunSettings, parse_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
@@ -82,7 +81,6 @@ class Common:
 DEFAULTS = Common()
 #: Option: where pieces of work are done.
 On = Annotated[str | None, Parameter(name="--on", show_default=False, help=(
-    "Where work is done: threads:N, processes:N, dask:local:N or dask://HOST:PORT (default: what the "
-    f"settings say, else {VARIABLE} in the environment, else processes, one for each core)."
+    "Place of the work: threads:N, processes:N, dask:local:N or dask://HOST:PORT."
 ))]  # fmt: skip
 Json = Annotated[bool, Parameter(name="--json", negative=(), show_default=False)]

@@ -41,11 +41,7 @@ from pitchlore.schemas.evaluations import minutes_of, word_of
 _OF_ITSELF = "is the same team: its home side is measured, in matches with seeds of their own."
 #: Options: the team that is measured, and its opponent.
 WhoIsMeasured = Annotated[str, Parameter(help=f"Team to measure: {TEAM_WORDS}.")]
-Against = Annotated[str, Parameter(help=(
-    f"Opponent: {TEAM_WORDS}. If a team plays itself, its home side is measured, and each match has its own "
-    "seed: this measures the arena. If none is given, the panel plays, all with the same seeds: "
-    f"{', '.join(PANEL)}."
-))]  # fmt: skip
+Against = Annotated[str, Parameter(help=f"Opponent, another such team (default: the panel of {len(PANEL)}).")]
 
 
 def evaluate_team(
@@ -66,13 +62,12 @@ def evaluate_team(
     Args:
         policy: Team to measure.
         against: One opponent. The options of learners are its, too; those of the panel play as they are.
-        matches: Number of matches, even. Matches that were played before are not played again.
-        seed: Seed of the first pair of matches; each later pair has the next seed.
+        matches: Number of matches, even; those that were played are kept.
+        seed: Seed of the first pair; each later one has the next.
         playing: How the matches are played.
         learners: How learned teams play.
         on: Where matches are played.
-        export: Also write the results into this folder: the matches as CSV, and the summary with command,
-            settings, seeds and software as JSON.
+        export: Folder for the matches as CSV and the summary as JSON.
         json: Print JSON.
         common: Options of every command.
     """

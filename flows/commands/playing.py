@@ -24,11 +24,7 @@ from pitchlore.pipeline.evaluations import Entrant
 from pitchlore.pipeline.store import Store
 
 #: Words that name teams, for help texts.
-TEAM_WORDS = (
-    f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), constant:044 (robots "
-    "that do nothing else; constant:44/21/21 for goalkeeper, midfield and striker), "
-    f"{BEST} (the best of these against static), or a season's id (best-static-1) for its apprentice"
-)
+TEAM_WORDS = f"{', '.join(SCRIPTED)}, learned, learned:3, constant:044, {BEST}, or a season's id"
 #: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]
 
@@ -47,9 +43,7 @@ class Playing:
     """How matches are played.
 
     Attributes:
-        settings: TOML file with `robots` and the tables pitch, physics, referee and camera: what differs
-            from a VSSS match. `[pitch]` with `kind = "ssl"` sets only the pitch of another league; its
-            robots drive as in VSSS unless `[physics]` says otherwise.
+        settings: TOML file: how the matches differ from those of VSSS.
         minutes: Length of a match, minutes (default: from the settings, else 8, in `play` 2).
         robots: Robots per team (default: from the settings, else 3).
     """
@@ -87,6 +81,8 @@ def _lasting(minutes: float) -> dict[str, Any]:
 _LOOKS = "a team that looks (its policy's learner is \"sight\")"
 _IN_STATES, _CONSTANT = "a team that looks behaviours up in states", "a constant team"
 _CLOCK = tuple(ClockSettings.model_fields)
+#: An option that the help leaves to docs/how-to/play.md.
+_HIDDEN = Parameter(show=False)
 #: Kinds of learned teams, and the options that each has.
 _OPTIONS = {
     _LOOKS: ("explore", "predict_s", "clock_s"),
@@ -100,30 +96,29 @@ _OPTIONS = {
 class Learners:
     """How learned teams play.
 
+    The help shows two of them; docs/how-to/play.md explains all.
+
     Attributes:
-        explore: Probability that a learned team's robot tries any behaviour instead of the best (default 0).
+        explore: Share of tries of learned teams. See docs/how-to/play.md for --clock-s, --lcb-weight,
+            --min-visits, --least-s, --interrupts, --begin-ended.
         lcb_weight: Standard errors that a learned team subtracts from each value, for a lower confidence
-            bound (default: as in its season, else 0).
-        min_visits: Visits of a state from which a learned team uses its finer key (default: as in its
-            season, else 0).
-        predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as when it
-            learned, else 0).
-        clock_s: Seconds between decisions of a team that looks (default: as when it learned, else 0.5).
-        least_s: Least time of a behaviour of a learned or constant team, seconds (default: as when it
-            learned, or was found, else 0).
-        interrupts: Winning or losing the ball, or another role, interrupts these behaviours (default: as when
-            it learned, else not).
-        begin_ended: A robot begins codes whose end holds already (default: as when it learned, else it does).
+            bound.
+        min_visits: Visits of a state from which a learned team uses its finer key.
+        predict_s: Seconds that a learned team reckons bodies ahead, for a late camera.
+        clock_s: Seconds between decisions of a team that looks.
+        least_s: Least time of a behaviour of a learned or constant team, seconds.
+        interrupts: Winning or losing the ball, or another role, interrupts these behaviours.
+        begin_ended: A robot begins codes whose end holds already.
     """
 
     explore: NormFloat | None = None
-    lcb_weight: NonNegativeFloat | None = None
-    min_visits: NonNegativeInt | None = None
+    lcb_weight: Annotated[NonNegativeFloat | None, _HIDDEN] = None
+    min_visits: Annotated[NonNegativeInt | None, _HIDDEN] = None
     predict_s: NormFloat | None = None
-    clock_s: Annotated[float | None, Parameter(validator=Number(gt=0, lt=math.inf))] = None
-    least_s: Annotated[float | None, Parameter(validator=Number(gte=0, lt=math.inf))] = None
-    interrupts: bool | None = None
-    begin_ended: bool | None = None
+    clock_s: Annotated[float | None, _HIDDEN, Parameter(validator=Number(gt=0, lt=math.inf))] = None
+    least_s: Annotated[float | None, _HIDDEN, Parameter(validator=Number(gte=0, lt=math.inf))] = None
+    interrupts: Annotated[bool | None, _HIDDEN] = None
+    begin_ended: Annotated[bool | None, _HIDDEN] = None
 
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], dict[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.
