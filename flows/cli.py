@@ -223,7 +223,7 @@ COMMANDS = (
         "pitchlore kb diff 1 2",
     ),
     Command(
-        "kb verify", "verify:verify_versions",
+        "kb verify", "kb:verify",
         "Check every file of every version (or of one) against its SHA-256, or restore it from a backup.",
         "pitchlore kb verify --restore-from /mnt/backup/league",
     ),

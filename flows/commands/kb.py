@@ -1,11 +1,14 @@
-"""Commands on the knowledge base: kb list, show, diff."""
+"""Commands on the knowledge base: kb list, show, diff, verify."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.printing import by_evidence, console, print_frame, print_json, spelt
+from pitchlore.flows.commands.verify import verify_versions
 from pitchlore.pipeline.base.errors import NotFound
 
 
@@ -86,6 +89,21 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         print_frame(found.behaviours)
     else:
         console().print("the same behaviours")
+
+
+def verify(
+    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Check the files of every version of the knowledge, or of one.
+
+    Args:
+        version: Check only this version.
+        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    verify_versions(version, restore_from, json=json, common=common)
 
 
 def _asked(known: pl.DataFrame, **asked_for: str | None) -> pl.DataFrame:

@@ -1,4 +1,4 @@
-"""The commands verify and kb verify: check the data folder, restore what is damaged."""
+"""The command verify: check the data folder, restore what is damaged."""
 
 from __future__ import annotations
 
@@ -27,17 +27,9 @@ def verify(*, restore_from: Path | None = None, json: Json = False, common: Comm
 
 
 def verify_versions(
-    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
-    common: Common = DEFAULTS,
+    version: int | None, restore_from: Path | None, *, json: bool, common: Common
 ) -> None:
-    """Check the files of every version of the knowledge, or of one.
-
-    Args:
-        version: Check only this version.
-        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
-        json: Print JSON.
-        common: Options of every command.
-    """
+    """Check the versions of the knowledge, or one of them, as ``kb verify`` does."""
     _conclude(lambda store: verify_knowledge(store, version), restore_from, json=json, common=common)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Self, overload
+from typing import TYPE_CHECKING, Self, overload
 
 import polars as pl
 
@@ -11,7 +11,6 @@ from pitchlore.pipeline.engine.inputs import Inputs, Seen, StoreInputs
 from pitchlore.pipeline.engine.stage import ALL, Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
@@ -39,6 +38,9 @@ from pitchlore.schemas import (
     Values,
     Worths,
 )
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.matches.frame import MatchLog
 
 
 class TableOf:

@@ -16,12 +16,14 @@ from pitchlore.pipeline.engine.outputs import find_match, match_names
 from pitchlore.pipeline.engine.tables import stored_match
 from pitchlore.pipeline.face.match import Match
 from pitchlore.pipeline.face.versions import Knowledge, Policy
+from pitchlore.pipeline.settings import ImportSettings, RunSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask, relation
 from pitchlore.pipeline.store.tables import scan
 from pitchlore.schemas import PUBLIC
 
 if TYPE_CHECKING:
+    from pitchlore.pipeline.engine.progress import RunReport
     from pitchlore.pipeline.store.query import Relation
     from pitchlore.pipeline.views.decided import Dataset
     from pitchlore.pipeline.views.scout.content.write import WrittenPages
@@ -217,16 +219,49 @@ class League:
         """
         return Policy(self.store, self.store.manifest("policies", self._numbered("policies", version)))
 
+    def run(
+        self, *recordings: str | Path, settings: Settings = Settings(), train: bool = True,
+        on: str | None = "threads",
+    ) -> RunReport:
+        """Import recordings, and make all that is new: tables, behaviours, knowledge, policy.
+
+        It does what ``pitchlore run`` does, and makes the same bytes. What fails is in the report, and stops
+        nothing else.
+
+        Args:
+            recordings: files to import, each with the map beside it; without any those in the inbox.
+            settings: settings of all stages.
+            train: whether to make a policy when the knowledge is new.
+            on: where work is done: threads:N, processes:N (a script then needs ``if __name__ ==
+                "__main__"``), dask:local:N or dask://HOST:PORT; None: what PITCHLORE_ON says, else processes.
+
+        Returns:
+            Numbers of the versions, and of each stage what was made, kept and failed.
+
+        Raises:
+            BadSettings: if ``on`` names no place.
+            PitchloreError: by which all work would fail: folder, bucket or cluster cannot be used.
+
+        Examples:
+            >>> pitchlore.open(data).run(train=False).failures
+            {}
+        """
+        from pitchlore.pipeline.engine.matches import with_map  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.engine.run import run  # noqa: PLC0415 (loaded when asked for)
+
+        limits = settings.imports if isinstance(settings, RunSettings) else ImportSettings()
+        files = [with_map(Path(each)) for each in recordings] or None
+        return run(self.store.root, files, settings, train, limits, on)
+
     def scout(
-        self, *names: str, folder: str | Path | None = None, on: str | None = None
+        self, *names: str, folder: str | Path | None = None, on: str | None = "threads"
     ) -> WrittenPages:
         """Write web pages about the league, its matches, teams and behaviours; pages that stand are kept.
 
         Args:
             names: teams or matches (ids, or their beginnings) that the pages are of; without any all.
             folder: folder to write into; None: ``scout`` in the data folder, or one for the named ones.
-            on: where pages are made: threads:N, processes:N, dask:local:N or dask://HOST:PORT; None: what
-                PITCHLORE_ON says, else processes.
+            on: where pages are made, as for :meth:`run`.
 
         Returns:
             The first page, the numbers of pages written and kept, and the folder's size in bytes.

@@ -37,7 +37,7 @@ class Topic(NamedTuple):
     @cache  # noqa: B019 - there are five topics
     def definition(self) -> str:
         """Definition with those it refers to, in MCAP's ``ros2msg`` encoding."""
-        folder = resources.files("schemas")
+        folder = resources.files("pitchlore.schemas")
         text = folder.joinpath(f"{self.message}.msg").read_text(encoding="utf-8")
         for part in self.parts:
             text += "=" * 80 + f"\nMSG: pitchlore/{part}\n"
