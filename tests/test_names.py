@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from support.names import names
+from support.names import names, parsed, statements
 from support.pages import tracked
 
 #: Folders of the checkout that are looked at; ``data`` is a user's, but for two of its folders.
@@ -27,6 +27,8 @@ PATH = re.compile(rf"(?<![\w./*{{}}<>-])(?:{'|'.join(ROOMS)})/[\w./*{{}},<>-]*")
 DOTTED = re.compile(r"(?<![\w./-])((?:pitchlore\.)?(?:pipeline|flows|schemas)(?:\.\w+)+)(?![\w/-])")
 #: What follows a path in a list: names of files and folders beside it.
 BESIDE = re.compile(r"(?:, \w+(?:\.(?:py|md)|/)(?![\w.]))+")
+#: A name of ours after what may begin a comment: only files that have one are read token by token.
+COMMENT = re.compile(rf"#.*(?:{PATH.pattern}|{DOTTED.pattern}|docs/)")
 ROLE = re.compile(r":(?:mod|func|class|data|meth|attr|exc|obj):`~?\.?([\w.]+)`")
 ENTRY = re.compile(r"(docs/decisions/\w+\.md)(?: \(|, )\"([^\"]+)\"")
 PLACEHOLDER = re.compile(r"(?!README|INSTRUCTIONS)(?<![A-Za-z])(?:[A-Z]{2,}|N)(?![a-z])|<")
@@ -38,12 +40,13 @@ def texts(path: Path) -> Iterator[tuple[int, str]]:
     if path.suffix != ".py":
         yield 1, source
         return
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(parsed(path)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             yield node.lineno, node.value.value
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            yield token.start[0], token.string
+    if COMMENT.search(source):
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            if token.type == tokenize.COMMENT:
+                yield token.start[0], token.string
 
 
 def there(root: Path, path: str) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 #: Folders of the checkout with modules, and the folder from which these are imported.
 ROOTS = {"pipeline": "", "flows": "", "schemas": "", "tests": "tests", "docs": "docs", "data/studies": "data/studies"}
+WINGS = ("pitchlore.pipeline.", "pitchlore.flows.", "pitchlore.schemas.")
 
 
 @dataclass
@@ -23,6 +24,21 @@ class Module:
     imports: dict[str, str] = field(default_factory=dict)
 
 
+def statements(node: ast.AST) -> Iterator[ast.stmt]:
+    """All statements in a node, at any depth; expressions, where most of a tree's nodes are, are not visited."""
+    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for child in getattr(node, name, ()):
+            if isinstance(child, ast.stmt):
+                yield child
+            yield from statements(child)
+
+
+@cache
+def parsed(path: Path) -> ast.Module:
+    """The tree of a module."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def _targets(node: ast.stmt) -> Iterator[str]:
     if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
         for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
@@ -31,21 +47,20 @@ def _targets(node: ast.stmt) -> Iterator[str]:
                     yield part.id
                 elif isinstance(part, ast.Attribute):
                     yield part.attr
-    elif isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+    elif isinstance(node, ast.ClassDef):
         yield node.name
+    elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        yield node.name
+        yield from (each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs))
 
 
-def read(source: str, package: str) -> Module:
+def read(tree: ast.Module, package: str) -> Module:
     """Names of one module; ``package`` is the dotted name that its relative imports begin at."""
     found = Module()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.stmt):
-            found.names |= set(_targets(node))
-        if isinstance(node, ast.arg):
-            found.names.add(node.arg)
+    for node in statements(tree):
+        found.names |= set(_targets(node))
         if isinstance(node, ast.ClassDef):
-            found.classes[node.name] = {name for part in ast.walk(node) if isinstance(part, ast.stmt)
-                                        for name in _targets(part)}
+            found.classes[node.name] = {name for part in statements(node) for name in _targets(part)}
             found.bases[node.name] = {part.attr if isinstance(part, ast.Attribute) else part.id
                                       for base in node.bases for part in ast.walk(base)
                                       if isinstance(part, ast.Attribute | ast.Name)}
@@ -69,7 +84,9 @@ class Names:
         for folder in ROOTS:
             for path in sorted((root / folder).rglob("*.py")):
                 package = ".".join(self.name(root, path).split(".")[:None if path.stem == "__init__" else -1])
-                self.modules[self.name(root, path)] = read(path.read_text(encoding="utf-8"), package)
+                self.modules[self.name(root, path)] = read(parsed(path), package)
+        face = root / "pitchlore" / "__init__.py"
+        self.modules["pitchlore"] = read(parsed(face), "pitchlore") if face.exists() else Module()
         ours = {name.split(".")[0] for name in self.modules} | {"pitchlore"}
         #: Packages of others that some module imports.
         self.libraries = {target.split(".")[0] for module in self.modules.values()
@@ -85,6 +102,8 @@ class Names:
 
     def has(self, dotted: str) -> bool:
         """True if a dotted name is a module, a folder of modules, or a name in one."""
+        if dotted.startswith("pitchlore.") and not dotted.startswith(WINGS):
+            return self._within(self.modules["pitchlore"], dotted.split(".")[1:])
         dotted = dotted.removeprefix("pitchlore.")
         parts = dotted.split(".")
         if any(name == dotted or name.startswith(f"{dotted}.") for name in self.modules):
