@@ -300,7 +300,8 @@ class Keeper:
             except PermissionError as error:
                 raise ServerFailed(f"process {record.pid} belongs to another user", where=record.ui,
                                    next_step="Let them stop it") from error
-        self._record.unlink(missing_ok=True)
+        with suppress(OSError):
+            self._record.unlink()
         return record
 
     def _find_or_start(self, port: int) -> tuple[Kept, Process | None]:

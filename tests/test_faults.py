@@ -276,10 +276,12 @@ def test_prefect_of_others(tmp_path, derby, monkeypatch):
 #: A command whose flow waits, after something was done to its server, when it would import a recording.
 MEANWHILE = """
 import os, signal, time
+from pathlib import Path
 import pitchlore.pipeline.engine.imports, pitchlore.flows.server
+from pitchlore.flows import serving
+serving.REQUEST_S, serving.AGAIN = 1.0, 1
 def wait(*_):
-    from pathlib import Path
-        server = pitchlore.flows.server.Keeper(Path({data!r})).look()
+    server = pitchlore.flows.server.Keeper(Path({data!r})).look()
     {does}
     serving.WATCH_S, serving.REPLY_S, pitchlore.flows.server.STOP_S = 0.5, 1.0, 0.5
     print(server.pid, flush=True)
@@ -321,7 +323,7 @@ def test_server_that_fails_meanwhile(derby, number, within_s):
 @pytest.mark.slow
 def test_database_locked_meanwhile(derby):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
-    lock = ("import sqlite3; serving.REQUEST_S = 1.0; "
+    lock = ("import sqlite3; "
             f"pitchlore.lock = sqlite3.connect({str(derby.parent / 'data' / 'server' / database())!r}); "
             "pitchlore.lock.execute('begin immediate')")
     said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + REPLY_S)

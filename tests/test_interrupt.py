@@ -86,6 +86,16 @@ def derby(tmp_path):
     return path
 
 
+@pytest.fixture
+def flow(derby, tmp_path):
+    """A data folder with a recording in its inbox, whose server finds a database."""
+    data = tmp_path / "data"
+    (data / "inbox").mkdir(parents=True)
+    derby.rename(data / "inbox" / derby.name)
+    migrated(Keeper(data).folder, database())
+    return data
+
+
 def assert_stopped(command, presses=1):
     for _ in range(presses):
         command.press()
@@ -100,16 +110,12 @@ def assert_stopped(command, presses=1):
 
 @pytest.mark.parametrize("words", [("run",), ("run", "--flow")], ids=" ".join)
 @pytest.mark.parametrize(("moment", "presses"), [("a task runs", 1), ("a file is written", 2)])
-def test_work_stops(derby, tmp_path, moment, presses, words):
+def test_work_stops(flow, moment, presses, words):
     """Ctrl-C stops a task that never ends, and work between a file and its receipt; so it does in a flow."""
-    data = tmp_path / "data"
-    (data / "inbox").mkdir(parents=True)
-    derby.rename(data / "inbox" / derby.name)
-    migrated(Keeper(data).folder, database())
-    with terminal(*words, "--data", data, before=MOMENTS[moment]) as command:
+    with terminal(*words, "--data", flow, before=MOMENTS[moment]) as command:
         command.until("moment")
         assert_stopped(command, presses)
-    assert list(Store(data).receipts("matches")) == []
+    assert list(Store(flow).receipts("matches")) == []
 
 
 def test_stop_while_starting(tmp_path):
@@ -162,11 +168,10 @@ def test_ignored_ctrl_c(finished):
         assert command.end(120.0) == 0
 
 
-@pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("seconds", [0.0, 3.0])
-def test_killed_command(derby, tmp_path, seconds):
-    """No process outlives a command that is killed."""
-    with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS["a task runs"]) as command:
+def test_killed_command(flow, seconds):
+    """No process outlives a command that is killed, and so no server of its flow."""
+    with terminal("run", "--flow", "--data", flow, before=MOMENTS["a task runs"]) as command:
         command.until("starting")
         time.sleep(seconds)
         os.kill(command.process.pid, signal.SIGKILL)
@@ -174,10 +179,9 @@ def test_killed_command(derby, tmp_path, seconds):
         assert command.left(SOON_S) == []
 
 
-@pytest.mark.usefixtures("alone")
-def test_terminated_command(derby, tmp_path):
+def test_terminated_command(flow):
     """SIGTERM ends a command at once, with a line; no process outlives it."""
-    with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS["a task runs"]) as command:
+    with terminal("run", "--flow", "--data", flow, before=MOMENTS["a task runs"]) as command:
         command.until("moment")
         os.kill(command.process.pid, signal.SIGTERM)
         assert command.end(SOON_S) == 143

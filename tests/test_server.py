@@ -130,7 +130,12 @@ def test_stale_record(data):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         record = Kept(pid=os.getpid(), port=taken.getsockname()[1], token="0")
         (keeper.folder / "server.json").write_bytes(pretty(record))
-        answering = threading.Thread(target=lambda: taken.accept()[0].sendall(b"HTTP/1.0 200 OK\r\n\r\n"))
+
+        def answer() -> None:
+            with taken.accept()[0] as asked:
+                asked.sendall(b"HTTP/1.0 200 OK\r\n\r\n")
+
+        answering = threading.Thread(target=answer)
         answering.start()
         assert keeper.look() == record
         assert keeper.alive is None
