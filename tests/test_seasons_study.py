@@ -77,26 +77,6 @@ def test_page_again(tmp_path, monkeypatch):
         assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes(), name
 
 
-@pytest.mark.slow
-def test_run(tmp_path):
-    """The study plays, measures and writes; played again, nothing is played anew."""
-    tiny = tmp_path / "tiny.toml"
-    tiny.write_text('base = "best-in-games"\ngames = 1\n[referee]\nduration_s = 6\n')
-    plan = study.Plan(seasons=((str(tiny), 1, ()),), evaluations=(
-        ("--policy", "tiny-static-101", "--against", "random", "--matches", 2, "--minutes", 0.1),))
-    out, data = tmp_path / "studies" / "seasons", tmp_path / "data"
-    study.main(out, data, plan)
-    games = pl.read_csv(out / "games.csv")
-    assert games.select("settings", "seed", "game").rows() == [("tiny", 101, 1)]
-    assert (out / "README.md").read_text().startswith("# Seasons: an apprentice that learns by watching")
-    assert pl.read_csv(out / "claims.csv").height == len(CLAIMS) + len(OURS)
-    (measured, _) = sorted((tmp_path / "studies" / "evaluations").iterdir())
-    assert measured.name.startswith("tiny-static-101-random-")
-    before = {path: path.stat().st_mtime_ns for path in data.rglob("*.receipt.json")}
-    study.main(out, data, plan)
-    assert before == {path: path.stat().st_mtime_ns for path in data.rglob("*.receipt.json")}
-
-
 def test_words_of_an_aim():
     """An aim is reached or not; what holds by construction, or is not judged, is said as of any claim."""
     def verdict(estimate, observations=5, **kind):

@@ -1,7 +1,6 @@
-"""The study of what the paper leaves open: its settings, its page, and a run of seconds."""
+"""The study of what the paper leaves open: its settings, and its page."""
 
 import polars as pl
-import pytest
 from conftest import ROOT
 from sensitivity import study
 from support.seasons import season, tables
@@ -30,17 +29,3 @@ def test_variations():
     text = study.page(rows)
     assert "- `paper-vary-maps-large`: Maps of about twice as many neurons: 20, 24, 30 and 49." in text
     assert "maps-small" not in text
-
-
-@pytest.mark.slow
-def test_run(tmp_path):
-    """The study plays and writes; played again, nothing is played anew."""
-    tiny = tmp_path / "paper-vary-tiny.toml"
-    tiny.write_text('base = "paper"\nopponents = ["static"]\n[referee]\nduration_s = 6\n')
-    out, data = tmp_path / "out", tmp_path / "data"
-    study.main(out, data, [str(tiny)], [101], 2)
-    assert pl.read_csv(out / "sensitivity.csv").select("settings", "seasons", "games").rows() == [("paper-vary-tiny", 1, 2)]
-    assert "paper-vary-tiny" in (out / "README.md").read_text()
-    before = {path: path.stat().st_mtime_ns for path in data.rglob("*.receipt.json")}
-    study.main(out, data, [str(tiny)], [101], 2)
-    assert before == {path: path.stat().st_mtime_ns for path in data.rglob("*.receipt.json")}

@@ -13,10 +13,12 @@ from subprocess import CompletedProcess
 import ball_goals.study
 import fuzz.study
 import harness
+import paradigms.study
 import polars as pl
 import pytest
 import scale.growth
 import scale.study
+import seasons.study
 import sensitivity.study
 import soak.league
 import soak.study
@@ -26,11 +28,8 @@ import values.shipped
 import values.study
 from conftest import ROOT
 from scout import expected_goals, teams_apart
-from support.played import SEASON
 from world import game, rules, thousand
 
-from pitchlore.pipeline.engine import games as loop
-from pitchlore.pipeline.seasons.settings import Season, parse
 from pitchlore.pipeline.settings import ModelSettings
 
 STUDIES = ROOT / "data" / "studies"
@@ -64,7 +63,7 @@ def commands_here(monkeypatch, call):
         command("import", *league.recordings, "--data", data or league.data)
         command("run", "--data", data or league.data)
 
-    for study in (teams_apart, expected_goals):
+    for study in (teams_apart, expected_goals, harness, paradigms.study, seasons.study):
         monkeypatch.setattr(study, "command", command)
     monkeypatch.setattr(soak.league.League, "settle", settle)
     monkeypatch.setattr(scale.study.Bench, "call", answer)
@@ -152,7 +151,7 @@ def test_the_scouts(tmp_path, monkeypatch, commands_here):
             (expected_goals, "_SETTINGS", "[chances]\ngoals_at_least = 2\n")):
         monkeypatch.setattr(study, name, value)
     teams = teams_apart.play(str(tmp_path / "played"), 1)
-    for study in (teams_apart, expected_goals):
+    for study in (teams_apart, expected_goals, harness, paradigms.study, seasons.study):
         monkeypatch.setattr(study, "play", lambda data, _: shutil.copytree(tmp_path / "played", data, dirs_exist_ok=True) and teams)
     teams_apart.main(tmp_path)
     expected_goals.main(tmp_path, tmp_path)
@@ -214,14 +213,63 @@ def test_scale(tmp_path, monkeypatch, commands_here):
     assert pl.read_csv(tmp_path / "growth.csv")["distinct"][0] > 0
 
 
+@pytest.fixture
+def tiny(tmp_path):
+    """Writes settings of seasons with one game of six seconds; gives their path."""
+    def write(name, base):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(f'base = "{base}"\nopponents = ["static"]\ngames = 1\n[referee]\nduration_s = 6\n')
+        return str(path)
+
+    return write
+
+
+def stamps(data):
+    """Times of the receipts of a data folder."""
+    return {path: path.stat().st_mtime_ns for path in data.rglob("*.receipt.json")}
+
+
 @pytest.mark.slow
-def test_sensitivity(tmp_path):
-    for name in ("paper", "paper-vary-lead-small"):
-        own = Season(name=name, opponent="static", seed=1, settings=parse(SEASON, where="here"))
-        loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
-    sensitivity.study.main(tmp_path, tmp_path)
-    same_columns(tmp_path, "sensitivity", "sensitivity.csv")
-    assert "| paper-vary-lead-small" in (tmp_path / "README.md").read_text()
+def test_seasons(tmp_path, tiny, commands_here):
+    """The study plays, measures and writes; played again, nothing is played anew."""
+    measuring = ("--policy", "tiny-static-101", "--against", "random", "--matches", 2, "--minutes", 0.1)
+    plan = seasons.study.Plan(seasons=((tiny("tiny", "best-in-games"), 1, ()),), evaluations=(measuring,))
+    out, data = tmp_path / "studies" / "seasons", tmp_path / "data"
+    seasons.study.main(out, data, plan)
+    same_columns(out, "seasons", *(path.name for path in (STUDIES / "seasons").glob("*.csv")))
+    assert pl.read_csv(out / "games.csv").select("settings", "seed", "game").rows() == [("tiny", 101, 1)]
+    assert pl.read_csv(out / "claims.csv").height == pl.read_csv(STUDIES / "seasons" / "claims.csv").height
+    assert (out / "README.md").read_text().startswith("# Seasons: an apprentice that learns by watching")
+    assert len(list((tmp_path / "studies" / "evaluations").glob("tiny-static-101-random-*"))) == 2
+    before = stamps(data)
+    seasons.study.main(out, data, plan)
+    assert stamps(data) == before
+
+
+@pytest.mark.slow
+def test_sensitivity(tmp_path, tiny, commands_here):
+    """The study plays and writes; played again, nothing is played anew."""
+    out, data, settings = tmp_path / "out", tmp_path / "data", [tiny("paper-vary-tiny", "paper")]
+    sensitivity.study.main(out, data, settings, [101], 1)
+    same_columns(out, "sensitivity", "sensitivity.csv")
+    assert "| paper-vary-tiny |" in (out / "README.md").read_text()
+    before = stamps(data)
+    sensitivity.study.main(out, data, settings, [101], 1)
+    assert stamps(data) == before
+
+
+@pytest.mark.slow
+def test_paradigms(tmp_path, commands_here):
+    """The study plays each of its plans and writes; played again, nothing is played anew."""
+    out, data, plan = tmp_path / "out", tmp_path / "data", (("--quick", "--figure", 5, "--runs", 2),)
+    paradigms.study.main(out, data, plan)
+    kept = STUDIES / "paradigms"
+    for kind in ("points", "verdicts"):
+        (made,) = out.glob(f"figure-5-r2*.{kind}.csv")
+        assert pl.read_csv(made).columns == pl.read_csv(kept / f"figure-5-r100.{kind}.csv").columns
+    before = stamps(data)
+    paradigms.study.main(out, data, plan)
+    assert before == stamps(data) != {}
 
 
 #: A simulator in which bodies stay where they are placed.
