@@ -16,7 +16,7 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
 from pitchlore.flows.paradigms import play_paradigms
-from pitchlore.pipeline.engine.outputs import need
+from pitchlore.pipeline.engine.outputs import need, table_of
 from pitchlore.pipeline.engine.paradigms import FigureReport, points_of, reports
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
@@ -92,7 +92,7 @@ def paradigms(
 
 def _verdicts(store: Store, report: FigureReport) -> pl.DataFrame:
     receipt = need(store, "paradigms", report.name)
-    return store.read_table(receipt, "verdicts", Verdicts)
+    return table_of(store, receipt, Verdicts)
 
 
 def _print(store: Store, report: FigureReport) -> None:

@@ -13,6 +13,7 @@ from pitchlore.flows.commands.printing import console, print_frame, print_json, 
 from pitchlore.flows.reporting import Reported
 from pitchlore.flows.reporting import report as make_report
 from pitchlore.pipeline.engine.catalog import renew
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.report import NAME, damaged, sources, tables
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
 from pitchlore.pipeline.report.kickoffs import kick_offs
@@ -47,7 +48,7 @@ def report(
     games, growth, evaluations, left_out, prefer = tables(store, sources(store))
     receipt = store.receipt("report", NAME)
     assert receipt is not None
-    claims = store.read_table(receipt, "claims", Claims)
+    claims = table_of(store, receipt, Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),
                     "compared": _compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),

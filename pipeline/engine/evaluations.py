@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.placement.crew import Crew, Here
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import listener
@@ -110,7 +111,7 @@ def play_pair(data: Path, pair: Pair, policies: Mapping[str, PolicyTables]) -> p
 def stored(store: Store, pair: Pair) -> pl.DataFrame | None:
     """Stored result of a pair; None if it has not been played."""
     receipt = store.holding(_work(pair))
-    return None if receipt is None else store.read_table(receipt, "evaluations", Evaluations)
+    return None if receipt is None else table_of(store, receipt, Evaluations)
 
 
 def _work(pair: Pair) -> Work:

@@ -25,7 +25,7 @@ from pitchlore.pipeline.base.system import give_back
 from pitchlore.pipeline.engine.catalog import forget_outputs
 from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.knowledge import of_imitated
-from pitchlore.pipeline.engine.outputs import match_names, need
+from pitchlore.pipeline.engine.outputs import match_names, need, table_of
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.stage import Per, Scope
 from pitchlore.pipeline.engine.stages import STAGES
@@ -149,19 +149,19 @@ def _commit(
     played = states_played(_so_far(store, before, StatesPlayed), decided)
     played_with = None if before is None else own.manifest("knowledge", before.details["knowledge"])
     row = game_row(
-        season, number, own.read_table(need(own, "matches", match), "matches", Matches), decided,
-        own.read_table(need(own, "goals", match), "goals", Goals),
+        season, number, table_of(own, need(own, "matches", match), Matches), decided,
+        table_of(own, need(own, "goals", match), Goals),
         situations=sum(need(own, "situations", match).details["situations"].values()),
         known=None if played_with is None else of_imitated(
-            played_with, own.read_table(played_with, "occasions", Occasions)),
+            played_with, table_of(own, played_with, Occasions)),
         policy_version=None if before is None else before.details["policy"],
         knowledge_version=known.version,
         left=len(own.were_set_aside(LEFT, f"{match}.mcap")) if season.opponent == PERSON else None,
     )
     growth = growth_rows(
         season, number, decided, played,
-        of_imitated(known, own.read_table(known, "occasions", Occasions)),
-        of_imitated(known, own.read_table(known, "behaviours", Behaviours)),
+        of_imitated(known, table_of(own, known, Occasions)),
+        of_imitated(known, table_of(own, known, Behaviours)),
     )
     return store.commit(_work(season), Made(
         tables=[(pl.concat([_so_far(store, before, Games), row]), Games),
@@ -174,7 +174,7 @@ def _commit(
 
 def _decided(own: Store, game: int, match: str, key: Key) -> pl.DataFrame:
     """The decisions of a match of a game, with their states by a key."""
-    table = own.read_table(need(own, "decisions", group_of(game)), "decisions", Decisions)
+    table = table_of(own, need(own, "decisions", group_of(game)), Decisions)
     made = table.filter(match_id=match)
     states = project(made["state"].to_numpy(), key, made["role"].to_physical().to_numpy())
     return made.with_columns(state=pl.Series(states, dtype=pl.Int64))
@@ -182,7 +182,7 @@ def _decided(own: Store, game: int, match: str, key: Key) -> pl.DataFrame:
 
 def _so_far(store: Store, before: Receipt | None, schema: type[Table]) -> pl.DataFrame:
     """A table of the games that are done."""
-    return schema.empty() if before is None else store.read_table(before, schema.NAME, schema)
+    return schema.empty() if before is None else table_of(store, before, schema)
 
 
 def _work(season: Season) -> Work:

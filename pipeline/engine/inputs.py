@@ -144,13 +144,13 @@ class StoreInputs(Inputs):
     def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""
         for receipt in self[noun]:
-            sha256 = receipt.files[schema.NAME].sha256 if schema.NAME in receipt.files else None
-            if self._seen is None or sha256 is None:
-                yield self._store.read_table(receipt, schema.NAME, schema)
-                continue
-            if sha256 not in self._seen:
-                self._seen[sha256] = self._store.read_table(receipt, schema.NAME, schema)
-            yield self._seen[sha256]
+            sha256 = receipt.files[schema.NAME].sha256 if schema.NAME in receipt.files else ""
+            table = None if self._seen is None else self._seen.get(sha256)
+            if table is None:
+                table = self._store.read_table(receipt, schema.NAME, schema)
+                if self._seen is not None:
+                    self._seen[sha256] = table
+            yield table
 
     def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""

@@ -9,7 +9,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine.inputs import Held, Inputs
-from pitchlore.pipeline.engine.outputs import digests, need
+from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import KnowledgeSettings
@@ -227,7 +227,7 @@ def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dic
 
 def describe(store: Store, manifest: Manifest) -> str:
     """A version of the knowledge as Markdown: counts, and what is best of the team that policies imitate."""
-    known = of_imitated(manifest, store.read_table(manifest, "behaviours", Behaviours))
+    known = of_imitated(manifest, table_of(store, manifest, Behaviours))
     lines = [f"# Knowledge version {manifest.version}", "", "| role | behaviours | states | occasions |",
              "|---|---|---|---|"]
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable
 
 import polars as pl
 
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
@@ -39,7 +40,7 @@ def remarks(
     for receipt in matches:
         if not receipt.details.get("flaws", {}).keys() & {*flaws}:
             continue
-        quality = store.read_table(receipt, "quality", Quality)
+        quality = table_of(store, receipt, Quality)
         told = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
         lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in told.iter_rows()]
     more = len(lines) - most
@@ -78,7 +79,7 @@ def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
     flaws = match.details.get("flaws", {})
     if "goals unknown" in flaws or goals is None:
         return "goals unknown" in flaws
-    return "scorer unknown" in flaws and not store.read_table(goals, "goals", Goals)["team"].count()
+    return "scorer unknown" in flaws and not table_of(store, goals, Goals)["team"].count()
 
 
 def _nobody_counts(store: Store, scope: Scope) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import polars as pl
 from pydantic import BaseModel
 
-from pitchlore.pipeline.engine.outputs import digests, need, refusing
+from pitchlore.pipeline.engine.outputs import digests, need, refusing, table_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.paradigms.claims import verdicts
 from pitchlore.pipeline.paradigms.experiments import Design, FigureNumber, Sweep, sweeps
@@ -56,7 +56,7 @@ def sweeps_of(store: Store, report: FigureReport) -> list[Receipt]:
 def points_of(store: Store, report: FigureReport) -> pl.DataFrame:
     """All points of a report's sweeps, schema Paradigms."""
     return pl.concat(
-        store.read_table(receipt, "paradigms", Paradigms) for receipt in sweeps_of(store, report)
+        table_of(store, receipt, Paradigms) for receipt in sweeps_of(store, report)
     ).sort(*SORTED)
 
 

@@ -12,7 +12,7 @@ from pitchlore.pipeline import arena
 from pitchlore.pipeline.base.errors import NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.catalog import Vouched, look
-from pitchlore.pipeline.engine.outputs import refusing
+from pitchlore.pipeline.engine.outputs import refusing, table_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
@@ -206,10 +206,10 @@ def tables(store: Store, of: Sources) -> ReportTables:
     Raises:
         CorruptFile: if a file is gone or its bytes have changed.
     """
-    games = pl.concat(store.read_table(receipt, "games", Games) for receipt in of.seasons)
-    growth = pl.concat(store.read_table(receipt, "growth", Growth) for receipt in of.seasons)
+    games = pl.concat(table_of(store, receipt, Games) for receipt in of.seasons)
+    growth = pl.concat(table_of(store, receipt, Growth) for receipt in of.seasons)
     evaluations = pl.concat([Evaluations.empty(), *(
-        store.read_table(receipt, "evaluations", Evaluations) for receipt in of.measurements.counted)])
+        table_of(store, receipt, Evaluations) for receipt in of.measurements.counted)])
     return ReportTables(games.sort("season", "game"), growth.sort("season", "game", "role"),
                         evaluations.sort("evaluation", "seed", "match"), of.measurements.left_out,
                         _preferences(of.apprentices))

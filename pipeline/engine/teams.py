@@ -12,6 +12,7 @@ from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.evaluations import Entrant
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
@@ -192,8 +193,8 @@ def label(manifest: Manifest) -> str:
 
 def labelled(store: Store, manifest: Manifest) -> tuple[str, PolicyTables]:
     """A policy's label for recipes, and its tables."""
-    appraisals = store.read_table(manifest, "appraisals", Appraisals) if _looks(manifest) else None
-    return label(manifest), PolicyTables(store.read_table(manifest, "policies", Policies), appraisals)
+    appraisals = table_of(store, manifest, Appraisals) if _looks(manifest) else None
+    return label(manifest), PolicyTables(table_of(store, manifest, Policies), appraisals)
 
 
 def _looks(manifest: Manifest) -> bool:

@@ -15,6 +15,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.games import LEFT, NOUN, Turn, learn, next_of, play, store_of
 from pitchlore.pipeline.engine.matches import PLAYING
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import recorded, recording
 from pitchlore.pipeline.seasons.settings import Season
@@ -125,5 +126,5 @@ def _score(own: Store, match: str) -> str:
     """The result of a match in words."""
     receipt = own.receipt("matches", match)
     assert receipt is not None
-    row = own.read_table(receipt, "matches", Matches).row(0, named=True)
+    row = table_of(own, receipt, Matches).row(0, named=True)
     return f"{NAMES[0]} {row['score_home']} : {row['score_away']} {NAMES[1]}"
