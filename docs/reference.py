@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 import sys
@@ -22,8 +23,10 @@ from docstring_parser import Docstring, parse
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+import pitchlore
 from pitchlore.flows.cli import COMMANDS, command_line
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.seasons.settings import SeasonSettings
 from pitchlore.pipeline.settings import RunSettings
@@ -49,6 +52,10 @@ _ON_TABLES = """Every table is a view of `data/catalog.duckdb`.
 _ON_SETTINGS = """Settings are TOML. A file says what differs from the defaults. An unknown key is an error.
 The end of a name is its unit: `_s` seconds, `_ns` nanoseconds, `_m` metres. Other units stand in the meaning.
 A number without a unit is a count or a ratio."""
+_ON_API = """All that `import pitchlore` shows. Nothing else is public: what lies in `pitchlore.pipeline` may
+change in any version. A name is loaded when it is first asked for, so that the import takes milliseconds."""
+#: Names that are listed without their members: settings have a page of their own.
+_NAMED_ONLY = ("Settings", "Pitch", "PitchloreError")
 _BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "min_length": "length ≥", "max_length": "length ≤"}
 
 
@@ -93,6 +100,73 @@ def commands() -> str:
         heading = f"# pitchlore {command.name}\n"
         text = text.replace(heading, f"{heading}\nExample: `{command.example}`\n", 1)
     return text
+
+
+def api() -> str:
+    """The page of all that ``import pitchlore`` shows, from the docstrings."""
+    parts = ["# Python", _ON_API]
+    for name in sorted(set(pitchlore.__all__) - {"__version__"}, key=str.lower):
+        thing = getattr(pitchlore, name)
+        parts += [f"## {name}", *_documented(f"pitchlore.{name}", thing)]
+        members = [] if name in _NAMED_ONLY or not inspect.isclass(thing) else inspect.getmembers(thing)
+        tables = [own for own, member in members if isinstance(member, TableOf)]
+        if tables:
+            parts.append("Tables: " + ", ".join(f"[`{own}`](tables.md#{own})" if own in PUBLIC else f"`{own}`"
+                                                for own in tables) + ".")
+        for own, member in members:
+            if not own.startswith("_") and own not in tables and _is_ours(member):
+                parts += [f"### {name}.{own}", *_documented(f"{name.lower()}.{own}", member)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _is_ours(member: object) -> bool:
+    """False for what a class inherits from Python's own."""
+    own = member.fget if isinstance(member, property) else member
+    return getattr(own, "__module__", "").startswith("pitchlore.")
+
+
+def _documented(name: str, thing: Any) -> list[str]:
+    """Signature, prose, arguments, returned value, errors and examples of a function or a class."""
+    doc, parts = parse(inspect.getdoc(thing) or ""), list[str]()
+    if inspect.isroutine(thing):
+        parts.append(f"```python\n{name}{_signature(thing)}\n```")
+    parts.append(_prose("\n\n".join(filter(None, (doc.short_description, doc.long_description)))))
+    told = [(f"`{it.arg_name}`", _code(it.description or "")) for it in doc.params]
+    if told and inspect.isroutine(thing):
+        parts.append(_table(("argument", "meaning"), told))
+    if doc.returns:
+        parts.append(f"**Returns** {_code(' '.join((doc.returns.description or '').split()))}")
+    if doc.raises:
+        told = [(f"`{it.type_name}`", _code(it.description or "")) for it in doc.raises]
+        parts.append(_table(("error", "when"), told))
+    examples = [part for it in doc.examples for part in (it.snippet, it.description) if part]
+    if examples:
+        parts.append("```pycon\n" + "\n".join(examples) + "\n```")
+    return parts
+
+
+def _signature(function: Any) -> str:
+    """The signature as one writes it; a default that is a model is its class, without its fields."""
+    signature = inspect.signature(function)
+    own = [it.replace(default=_Shown(it.default)) if it.default is not it.empty else it
+           for it in signature.parameters.values() if it.name != "self"]
+    return str(signature.replace(parameters=own)).replace("'", "").replace(_QUOTE, '"')
+
+
+#: Stands for a quotation mark of a default, while those around annotations are removed.
+_QUOTE = "\0"
+
+
+class _Shown:
+    """A default as one writes it."""
+
+    def __init__(self, value: object) -> None:
+        self._value = value
+
+    def __repr__(self) -> str:
+        if isinstance(self._value, BaseModel):
+            return f"{type(self._value).__name__}()"
+        return repr(self._value).replace("'", _QUOTE)
 
 
 def models(
@@ -214,7 +288,7 @@ def _table(names: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
                      for line in lines)
 
 
-PAGES = {"tables.md": tables, "settings.md": settings, "commands.md": commands}
+PAGES = {"tables.md": tables, "settings.md": settings, "commands.md": commands, "api.md": api}
 
 
 def write(folder: Path) -> None:

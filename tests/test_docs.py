@@ -14,6 +14,7 @@ import pytest
 from conftest import ROOT
 from pydantic import BaseModel
 
+import pitchlore
 from pitchlore.flows.cli import COMMANDS
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.schemas import PUBLIC
@@ -100,6 +101,23 @@ def test_reference_commands(reference):
         assert f"Example: `{command.example}`" in text
     for option in ("--map", "--cron", "--settings", "--json", "--data"):
         assert f"`{option} " in page or f"`{option}`" in page
+
+
+def test_reference_of_python(reference):
+    """Every public name stands in the reference, each method with its signature, arguments and errors."""
+    page = reference.api()
+    for name in set(pitchlore.__all__) - {"__version__"}:
+        assert f"\n## {name}\n" in page
+    read = section(page, "## read")
+    assert "pitchlore.read(path: str | Path, *more: str | Path, map: str | Path | None = None" in read
+    assert "settings: Settings = Settings()) -> Match" in read
+    assert "| `map` | TOML file" in read
+    assert "| `BadRecording` |" in read
+    assert '>>> m = pitchlore.read("derby.csv")' in read
+    assert "[`situations`](tables.md#situations)" in section(page, "## Match")
+    assert 'pitchlore.play(home: str | LearnedTeam = "static"' in page
+    assert "### Match.replay\n" in page
+    assert "None" not in [line.strip() for line in page.splitlines()]
 
 
 class Links(HTMLParser):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import shutil
 import subprocess
 import sys
 
@@ -291,11 +292,13 @@ def test_documented(name, thing):
 
 
 @pytest.mark.parametrize("name", [name for name, thing in public() if ">>>" in (inspect.getdoc(thing) or "")])
-def test_examples(name, sample, data):
+def test_examples(name, sample, data, tmp_path, monkeypatch):
     """The examples of docstrings give what they say."""
-    thing = dict(public())[name]
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(sample, "derby.csv")
+    shutil.copytree(data, "league")
     test = doctest.DocTestParser().get_doctest(
-        inspect.getdoc(thing), {"pitchlore": pitchlore, "sample": sample, "data": data}, name, None, None)
+        inspect.getdoc(dict(public())[name]), {"pitchlore": pitchlore}, name, None, None)
     said = []
     doctest.DocTestRunner(verbose=False).run(test, out=said.append)
     assert not said, "".join(said)

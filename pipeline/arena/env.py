@@ -97,7 +97,7 @@ def env(
     Args:
         opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on);
             constant:044, constant:44/21/21 or best-constant for a constant team; or a learned team, see
-            :func:`pipeline.engine.teams.learned_team`.
+            :meth:`pitchlore.Policy.team`.
         side: the side of the agent's team. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
         observations: kind of the agent's observations.

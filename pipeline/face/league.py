@@ -48,7 +48,7 @@ def open(data: str | Path = "data") -> League:  # noqa: A001 (as one says it)
         StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
 
     Examples:
-        >>> league = pitchlore.open(data)
+        >>> league = pitchlore.open("league")
         >>> len(league.matches)
         1
     """
@@ -97,7 +97,7 @@ class League:
         say: receives warnings, a line each: damaged files that an answer leaves out, the age of a copy.
 
     Examples:
-        >>> league = pitchlore.open(data)
+        >>> league = pitchlore.open("league")
         >>> league.sql("select count(*) as goals from goals").fetchall()
         [(2,)]
         >>> league.lazy("passes").select("team").collect().height
@@ -243,7 +243,7 @@ class League:
             PitchloreError: by which all work would fail: folder, bucket or cluster cannot be used.
 
         Examples:
-            >>> pitchlore.open(data).run(train=False).failures
+            >>> pitchlore.open("league").run(train=False).failures
             {}
         """
         from pitchlore.pipeline.engine.matches import with_map  # noqa: PLC0415 (loaded when asked for)

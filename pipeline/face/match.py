@@ -38,7 +38,7 @@ class Match(MatchTables):
         NotFound: by a table of a data folder in which the match's stages have not run.
 
     Examples:
-        >>> m = pitchlore.read(sample)
+        >>> m = pitchlore.read("derby.csv")
         >>> m.home, m.away, m.score
         ('blue', 'yellow', (2, 0))
         >>> m.goals.select("team", "kind").row(0)

@@ -43,7 +43,7 @@ def read(
         BadSettings: if the map or the provider cannot be used.
 
     Examples:
-        >>> m = pitchlore.read(sample)
+        >>> m = pitchlore.read("derby.csv")
         >>> m.trajectories.columns[:5]
         ['match_id', 'frame', 't_ns', 'team', 'robot']
     """

@@ -83,5 +83,5 @@ def team_of(word: str | LearnedTeam) -> tuple[TeamSettings, PolicyTables | None]
     if always is None:
         raise BadSettings(f"{word!r} is no team", next_step=(
             f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a "
-            "learned team (pipeline.engine.teams.learned_team)"))
+            "learned team (`League.policy().team()`)"))
     return always
