@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
+.PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -100,6 +100,31 @@ pythons:  ## run the chain under each installed Python; a file that differs is a
 
 chain: $(READY)
 	PYTHONPATH=tests $(BIN)/python -m support.chain .chain-$(notdir $(PYTHON)).txt
+
+# Neither takes the lock: each has an environment of its own. Versions of others may warn of what they will drop.
+oldest: RESOLUTION := lowest-direct
+oldest: $(READY)  ## goldens, systems and flows with the lowest versions that pyproject.toml allows (six minutes)
+	$(call tried,oldest)
+
+newest: RESOLUTION := highest
+newest: $(READY)  ## the same with the newest versions
+	$(call tried,newest)
+
+define tried
+	$(PYTHON) -m venv --clear --without-pip $(VENV)-$(1)
+	$(BIN)/uv pip install --python $(VENV)-$(1)/bin/python --resolution $(RESOLUTION) --editable .
+	$(BIN)/uv pip install --quiet --python $(VENV)-$(1)/bin/python hypothesis pytest pytest-benchmark pytest-xdist
+	NUMBA_CACHE_DIR=$(CURDIR)/$(VENV)-$(1)/numba $(VENV)-$(1)/bin/python -m pytest -W default \
+	  tests/test_golden.py tests/test_system.py tests/test_flows.py
+endef
+
+# A release is a tag: the workflow calls this, and publishes what is in dist/.
+dist: $(READY)  ## the wheel, into dist/, and its tests; a TAG has to be v and the version
+	@test -z "$(TAG)" -o "$(TAG)" = "v$$($(BIN)/python -c 'import pitchlore; print(pitchlore.__version__)')" || { \
+	  echo "$(TAG) is not the version"; exit 1; }
+	rm -rf dist
+	$(BIN)/python -m hatchling build --target wheel --directory dist
+	$(BIN)/python -m pytest tests/test_wheel.py tests/test_release.py
 
 bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
@@ -226,4 +251,4 @@ lock: $(READY)  ## resolve the dependencies anew
 	$(RESOLVE) --group build --output-file requirements.lock
 
 clean:  ## remove the environment, the site and the caches; data stays
-	rm -rf $(VENV) $(VENV)-* .chain-*.txt site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json
+	rm -rf $(VENV) $(VENV)-* .chain-*.txt site dist .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json

@@ -126,6 +126,8 @@ def test_versions_agree():
     assert pipeline.__version__ == version
     assert f"\nversion: {version}\n" in citation
     assert f"\nlicense: {PROJECT['project']['license']}\n" in citation
+    newest = re.search(r"^## (.*)$", text("CHANGELOG.md"), re.MULTILINE)[1]
+    assert re.fullmatch(rf"{re.escape(version)} \(20\d\d-\d\d-\d\d\)", newest)
     assert "Apache License" in text("LICENSE")
     assert "Version 2.0, January 2004" in text("LICENSE")
 
@@ -133,8 +135,20 @@ def test_versions_agree():
 def test_ci_calls_make():
     """The workflow, the hooks and .ci/run call targets of the Makefile, which hold the commands."""
     targets = set(re.findall(r"^([a-z]+):", text("Makefile"), re.MULTILINE))
-    called = [target for name in (".github/workflows/ci.yml", ".pre-commit-config.yaml", ".ci/run")
+    workflows = (".github/workflows/ci.yml", ".github/workflows/release.yml")
+    called = [target for name in (*workflows, ".pre-commit-config.yaml", ".ci/run")
               for words in re.findall(r"(?:run: |entry: |^)make ([a-z]+(?: [a-z]+)*)", text(name), re.MULTILINE)
               for target in words.split()]
-    assert set(called) == {"browser", "test", "docs", "pythons", "lint", "quick"}
+    called += re.search(r"^ +target: \[(.*)\]$", text(workflows[0]), re.MULTILINE)[1].split(", ")
+    assert set(called) == {"browser", "test", "docs", "pythons", "lint", "quick", "oldest", "newest", "dist"}
     assert set(called) <= targets
+
+
+def test_release_is_published_without_a_password():
+    """A tag builds the wheel, and publishes it by the workflow's own identity."""
+    workflow = text(".github/workflows/release.yml")
+    assert 'tags: ["v*"]' in workflow
+    assert "TAG=${{ github.ref_name }}" in workflow
+    assert "id-token: write" in workflow
+    assert "password" not in workflow.split("name: Release")[1]
+    assert "secrets." not in workflow

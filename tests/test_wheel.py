@@ -20,6 +20,14 @@ from pitchlore import pipeline
 
 PACKAGES = ("pipeline", "flows", "schemas")  # of pitchlore
 DATA = (".html", ".js", ".msg", ".toml", ".csv", ".typed")
+#: A package of somebody else that has one of our folders' names; it notes that it was imported.
+OTHER = """
+import pathlib
+OWNER = {owner!r}
+pathlib.Path(__file__).with_name("imported").touch()
+"""
+#: Owners of the packages of our folders' names that Python finds.
+OWNERS = "import flows, pipeline, schemas; print(flows.OWNER, pipeline.OWNER, schemas.OWNER)"
 #: Every cell of every notebook, where the command put them.
 CELLS = """
 import json, os, pathlib
@@ -45,7 +53,7 @@ def wheel(tmp_path_factory) -> Path:
 
 
 class Installed:
-    """A fresh environment with the wheel in it, and an empty folder to work in."""
+    """A fresh environment with the wheel in it, and a folder to work in; both have others' packages of our names."""
 
     def __init__(self, bin_: Path, folder: Path) -> None:
         self.bin, self.folder = bin_, folder
@@ -74,7 +82,16 @@ def installed(wheel, tmp_path_factory) -> Installed:
     script = place / "bin" / "pitchlore"
     script.write_text(f"#!{place}/bin/python{COMMAND_LINE}\n", encoding="utf-8")
     script.chmod(0o755)
+    for where, owner in ((site, "environment"), (folder, "folder")):
+        for name in PACKAGES:
+            (where / name).mkdir()
+            (where / name / "__init__.py").write_text(OTHER.format(owner=owner), encoding="utf-8")
     return Installed(place / "bin", folder)
+
+
+def imported(folder: Path) -> set[str]:
+    """Names of others' packages under a folder that were imported."""
+    return {path.parent.name for path in folder.rglob("imported")}
 
 
 @pytest.mark.slow
@@ -113,7 +130,7 @@ def test_files(wheel):
 
 @pytest.mark.slow
 def test_away_from_the_checkout(installed):
-    """Run, replay, season and the notebooks work from the wheel in an empty folder."""
+    """Run, sql, replay, season and the notebooks work from the wheel, beside others' packages of our folders' names."""
     where = installed.run("python", "-c", "import pitchlore; print(pitchlore.__file__)")
     assert not Path(where).is_relative_to(ROOT)
     assert Path(where).is_relative_to(installed.bin.parent)
@@ -123,6 +140,8 @@ def test_away_from_the_checkout(installed):
 
     report = json.loads(installed.run("pitchlore", "run", "--json"))
     assert report["knowledge"] == 1
+    asked = installed.run("pitchlore", "sql", "--json", "select count(*) as n from situations")
+    assert json.loads(asked)[0]["n"] > 50
     installed.run("pitchlore", "replay", "derby")
     (page,) = (installed.folder / "data" / "replays").glob("*.html")
     assert "<script" in page.read_text(encoding="utf-8")
@@ -138,6 +157,11 @@ def test_away_from_the_checkout(installed):
     found = installed.run("python", "-c", studies).split()
     assert len(found) > 15
     assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)
+
+    assert imported(installed.folder) == imported(installed.bin.parent) == set()
+    assert installed.run("python", "-c", OWNERS).split() == ["folder"] * 3
+    assert installed.run("python", "-I", "-c", OWNERS).split() == ["environment"] * 3
+    assert imported(installed.folder) == imported(installed.bin.parent) == set(PACKAGES)
 
 
 def test_numba_cache(monkeypatch, tmp_path):
