@@ -25,6 +25,7 @@ if not _Path(__file__).with_name("pipeline").is_dir():
 from pitchlore.pipeline import __version__
 
 if TYPE_CHECKING:
+    from pitchlore.pipeline.arena.match.recipe import MatchSettings
     from pitchlore.pipeline.base.errors import PitchloreError
     from pitchlore.pipeline.face.environments import env, parallel_env
     from pitchlore.pipeline.face.league import League, open  # noqa: A004 (as one says it)
@@ -35,13 +36,14 @@ if TYPE_CHECKING:
     from pitchlore.pipeline.settings import Settings
 
 __all__ = [
-    "Knowledge", "League", "Match", "Pitch", "PitchloreError", "Policy", "Settings", "__version__", "env",
-    "open", "parallel_env", "play", "read",
+    "Knowledge", "League", "Match", "MatchSettings", "Pitch", "PitchloreError", "Policy", "Settings",
+    "__version__", "env", "open", "parallel_env", "play", "read",
 ]
 
 #: The module of each name; it is loaded when the name is first asked for, so that commands start at once.
 _MODULES = {
-    "Knowledge": "face.versions", "League": "face.league", "Match": "face.match", "Pitch": "game.pitch",
+    "Knowledge": "face.versions", "League": "face.league", "Match": "face.match",
+    "MatchSettings": "arena.match.recipe", "Pitch": "game.pitch",
     "PitchloreError": "base.errors", "Policy": "face.versions", "Settings": "settings",
     "env": "face.environments", "open": "face.league", "parallel_env": "face.environments",
     "play": "face.reading", "read": "face.reading",
