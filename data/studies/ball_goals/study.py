@@ -33,8 +33,7 @@ from pitchlore.pipeline.matches.frame import MatchLog, home_attacks
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),
-    ("random", "random"),
-)
+    ("random", "random"))
 SEEDS, SECONDS = range(900_001, 900_005), 480.0
 #: The recordings in words.
 GAMES = {RSIM: "rc-robosim VSSS", RCSS: "rcssserver 2D", INSPER: "Insper 2D", SSL: "RoboCup SSL 2025"}
@@ -74,8 +73,7 @@ def known(log: MatchLog) -> Known:
     told = log.referee.filter(pl.col("event") == "goal").drop_nulls("team")
     signs = home_attacks(log.info.periods, told["t_ns"].to_numpy())
     ends = [
-        int(sign) if team == "home" else -int(sign) for sign, team in zip(signs, told["team"], strict=True)
-    ]
+        int(sign) if team == "home" else -int(sign) for sign, team in zip(signs, told["team"], strict=True)]
     goals = list(zip(told["t_ns"].to_list(), ends, strict=True))
     restarts = log.referee.filter(pl.col("event").is_in(["kick-off", "end"]))["t_ns"].to_numpy()
     last = int(frames.t_ns.max()) + 1
@@ -113,15 +111,11 @@ def _short(match: Known) -> Ball:
 
 #: How the ball is seen, by name.
 SEEN: dict[str, Callable[[Known], Ball]] = {
-    "as recorded": lambda match: match.ball,
-    "noise": _noisy,
-    "ten a second": _slow,
+    "as recorded": lambda match: match.ball, "noise": _noisy, "ten a second": _slow,
     "hidden in the goals": lambda match: _kept(match, np.abs(match.ball.x) <= match.pitch.goal_x),
-    "in play only": lambda match: _kept(match, ~_between(match, 0.0, 0.0)),
-    "pitch 4 % too short": _short,
+    "in play only": lambda match: _kept(match, ~_between(match, 0.0, 0.0)), "pitch 4 % too short": _short,
     "without kick-offs": lambda match: _kept(match, ~_between(match, -0.3, 2.0)),
-    "control: no goals": lambda match: _kept(match, ~_between(match, 2.5, 0.0)),
-}
+    "control: no goals": lambda match: _kept(match, ~_between(match, 2.5, 0.0))}
 CONTROL = "control: no goals"
 
 
@@ -166,13 +160,10 @@ def summary(rows: pl.DataFrame) -> pl.DataFrame:
     return (
         rows.group_by("game", "seen", maintain_order=True)
         .agg(
-            pl.col("match").n_unique().alias("matches"),
-            (right + missed).alias("goals"),
-            sure.sum().alias("found"),
-            right.alias("right"),
+            pl.col("match").n_unique().alias("matches"), (right + missed).alias("goals"),
+            sure.sum().alias("found"), right.alias("right"),
             (right / (right + missed)).round(4).alias("recall"),
-            (right / sure.sum()).round(4).alias("precision"),
-        )
+            (right / sure.sum()).round(4).alias("precision"))
         .with_columns(pl.col("recall", "precision").fill_nan(None))
     )
 
@@ -191,9 +182,7 @@ def main(out: Path, folder: Path, seeds: Sequence[int] = SEEDS) -> None:
     jobs = [(home, away, seed) for home, away in PAIRINGS for seed in seeds]
     with workers() as pool, going_on(out, __file__) as parts:
         found = [
-            *parts(map(str, recordings(folder, GAMES).values()), recorded, pool),
-            *parts(jobs, played, pool),
-        ]
+            *parts(map(str, recordings(folder, GAMES).values()), recorded, pool), *parts(jobs, played, pool)]
     table = pl.DataFrame([row for match in found for row in match], infer_schema_length=None)
     summary(table).write_csv(out / "found.csv")
     kinds(table).write_csv(out / "kinds.csv")

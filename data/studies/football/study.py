@@ -118,8 +118,7 @@ def interval(t_ns: Codes, share: Callable[[Codes], float]) -> tuple[float, float
     rows = [np.flatnonzero(block == each) for each in np.unique(block)]
     found = [
         share(np.concatenate([rows[i] for i in chance.integers(0, len(rows), len(rows))]))
-        for _ in range(ROUNDS)
-    ]
+        for _ in range(ROUNDS)]
     low, high = np.nanquantile(found, [0.025, 0.975])
     return float(low), float(high)
 
@@ -135,8 +134,7 @@ def agreement(name: str, t_ns: Codes, said: Codes, guess: Codes, own: Codes) -> 
     return {
         "guess": name, "frames": len(said), "named": int(named.sum()), "right": int(right.sum()),
         "agreement": right.mean(), "low": low, "high": high,
-        "agreement_where_named": right[named].mean(), "agreement_where_ours_is_named": right[both].mean(),
-    }
+        "agreement_where_named": right[named].mean(), "agreement_where_ours_is_named": right[both].mean()}
 
 
 def spread(name: str, kind: Kind, situations: pl.DataFrame) -> dict[str, object]:
@@ -156,8 +154,7 @@ def codes(match: MatchLog, folder: Path) -> pl.DataFrame:
     as_2d = replace(match, info=match.info.model_copy(update={"pitch": PITCHES[Kind.SIM2D]}))
     rows = [
         spread("SkillCorner, read as 2D", Kind.SIM2D, situations_of(as_2d)),
-        spread("SkillCorner", Kind.HUMAN, situations_of(match)),
-    ]
+        spread("SkillCorner", Kind.HUMAN, situations_of(match))]
     for name, path in recordings(folder).items():
         log = read(path)
         rows.append(spread(name.split(".")[0], log.info.pitch.kind, situations_of(log)))
@@ -171,8 +168,7 @@ def main(out: Path, folder: Path) -> None:
     bodies, truth = with_heights(bodies, match.heights), provider(match)
     guesses = {
         "pitchlore": ours(bodies, match, truth.t_ns), "nearest player": nearest(bodies, truth.t_ns),
-        "constant": constant(truth),
-    }
+        "constant": constant(truth)}
     flat = ours(bodies.drop("z"), match, truth.t_ns)
     tables = {"possession": pl.DataFrame([
         agreement(name, truth.t_ns, truth.team, guess.team, guesses["pitchlore"].team)
@@ -195,8 +191,7 @@ def main(out: Path, folder: Path) -> None:
         rows.append({
             "contact_m": contact, "possession_agreement": right.mean(),
             "possession_named": (guess.team != NONE).mean(), "touch_named": (touch != NONE).mean(),
-            "touch_right_where_named": (touch == truth.player[named])[touch != NONE].mean(),
-        })
+            "touch_right_where_named": (touch == truth.player[named])[touch != NONE].mean()})
     SCALES[Kind.HUMAN] = scales
     tables["contact"], tables["codes"] = pl.DataFrame(rows), codes(match, folder)
     for name, table in tables.items():

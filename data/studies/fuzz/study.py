@@ -31,23 +31,8 @@ from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 #: Most that one input may take.
 SECONDS, MEGABYTES = 10, 1024
 _EXTREMES = (
-    b"0",
-    b"-1",
-    b"1e308",
-    b"-1e-308",
-    b"nan",
-    b"inf",
-    b"9" * 30,
-    b"18446744073709551615",
-    b"2147483648",
-    b"",
-    b"\xff\xfe",
-    b"\x1b[2J",
-    b"null",
-    b"(",
-    b")",
-    b"\0",
-)
+    b"0", b"-1", b"1e308", b"-1e-308", b"nan", b"inf", b"9" * 30, b"18446744073709551615", b"2147483648", b"",
+    b"\xff\xfe", b"\x1b[2J", b"null", b"(", b")", b"\0")
 #: What is broken.
 WHOLE: dict[str, bytes] = {name: make() for name, make in FILES.items()}
 Break = Callable[[bytes, random.Random], bytes]
@@ -129,10 +114,8 @@ def outcome(data: bytes, name: str, mapping: TrackingMap) -> str:
     except PitchloreError as error:
         line = str(error)
         return (
-            "refused"
-            if line.isprintable() and len(line) < 2_000
-            else f"a line that is not one: {line[:80]!r}"
-        )
+            "refused" if line.isprintable() and len(line) < 2_000
+            else f"a line that is not one: {line[:80]!r}")
     except TooLong:
         return "takes too long"
     except BaseException as error:
@@ -178,12 +161,10 @@ def main(out: Path, seconds: float, seed: int) -> int:
     rows = [{"format": form, "broken by": how, "outcome": said, "inputs": n}
             for (form, how, said), n in sorted(counts.items())]
     table = pl.DataFrame(rows).pivot(
-        "outcome", index=["format", "broken by"], values="inputs", aggregate_function="sum"
-    )
+        "outcome", index=["format", "broken by"], values="inputs", aggregate_function="sum")
     outcomes = sorted(set(table.columns) - {"format", "broken by"})
     table.select("format", "broken by", pl.col(outcomes).fill_null(0)).sort("format", "broken by").write_csv(
-        out / "fuzz.csv"
-    )
+        out / "fuzz.csv")
     print(f"{sum(counts.values())} inputs in {seconds:.0f} s, {found} findings")
     return found
 

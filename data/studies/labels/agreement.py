@@ -45,10 +45,8 @@ def answers(
         parts.append(there.select(ROW).join(said.select(*ROW, now="code"), on=ROW, how="left").join(
             codes, on=ROW, how="left"))
     return (
-        pl.concat(parts)
-        .with_columns(pl.col("now").fill_null(NONE), pl.col("near_now").fill_null(""))
-        .sort("moment", "team", "robot", descending=[False, True, False])
-    )
+        pl.concat(parts).with_columns(pl.col("now").fill_null(NONE), pl.col("near_now").fill_null(""))
+        .sort("moment", "team", "robot", descending=[False, True, False]))
 
 
 def read_labels(folder: Path) -> pl.DataFrame:
@@ -56,8 +54,7 @@ def read_labels(folder: Path) -> pl.DataFrame:
     both = [
         pl.read_csv(folder / f"labels-{who}.csv", schema_overrides={"also": pl.String})
         .select(*ROW, pl.col("code").alias(who), pl.col("also").fill_null("").alias(f"{who}_also"))
-        for who in ("a", "b")
-    ]
+        for who in ("a", "b")]
     return both[0].join(both[1], on=ROW, how="inner", validate="1:1", maintain_order="left")
 
 
@@ -79,54 +76,29 @@ def agreement(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -
     rows = labels.join(said, on=ROW).join(moments.select("moment", "league", "use"), on="moment")
     agrees = {
         name: pl.mean_horizontal([(pl.col(one) == pl.col(other)).cast(pl.Float64) for one in ones])
-        for name, ones, other in (("both", "a", "b"), ("before", "ab", "before"), ("now", "ab", "now"))
-    }
+        for name, ones, other in (("both", "a", "b"), ("before", "ab", "before"), ("now", "ab", "now"))}
     everywhere = pl.concat([rows, rows.with_columns(league=pl.lit("all"))])
     by = everywhere.group_by("league", "use").agg(
         pl.len().alias("robots"),
         *(agrees[name].mean().alias(name) for name in agrees),
         *(
-            _interval(agrees[name])
-            .struct.rename_fields([f"{name}_low", f"{name}_high"])
-            .alias(f"{name}_interval")
-            for name in agrees
-        ),
+            _interval(agrees[name]).struct.rename_fields([f"{name}_low", f"{name}_high"])
+            .alias(f"{name}_interval") for name in agrees),
         kappa=_kappa("a", "b"),
         **{
             f"kappa_{when}": pl.mean_horizontal(_kappa("a", when), _kappa("b", when))
-            for when in ("before", "now")
-        },
+            for when in ("before", "now")},
         **{
             f"{when}_loosely": pl.mean_horizontal(_in_also(when, "a").mean(), _in_also(when, "b").mean())
-            for when in ("before", "now")
-        },
+            for when in ("before", "now")},
         **{f"random_{when}": _random(when) for when in ("a", "b", "before", "now")},
     )
     return (
         by.unnest([f"{name}_interval" for name in agrees])
         .select(
-            "league",
-            "use",
-            "robots",
-            "both",
-            "both_low",
-            "both_high",
-            "kappa",
-            "before",
-            "before_low",
-            "before_high",
-            "now",
-            "now_low",
-            "now_high",
-            "kappa_before",
-            "kappa_now",
-            "before_loosely",
-            "now_loosely",
-            "random_a",
-            "random_b",
-            "random_before",
-            "random_now",
-        )
+            "league", "use", "robots", "both", "both_low", "both_high", "kappa", "before", "before_low",
+            "before_high", "now", "now_low", "now_high", "kappa_before", "kappa_now", "before_loosely",
+            "now_loosely", "random_a", "random_b", "random_before", "random_now")
         .sort("use", "league")
         .with_columns(pl.selectors.float().round(3))
     )
@@ -191,8 +163,7 @@ def by_code(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -> 
             both = part.filter(pl.col("a") == code, pl.col("b") == code)
             row: dict[str, object] = {
                 "use": use, "code": code, "both": both.height,
-                "kept_a": _share(both.height, part.filter(pl.col("a") == code).height),
-            }
+                "kept_a": _share(both.height, part.filter(pl.col("a") == code).height)}
             for when in ("before", "now"):
                 given = part.filter(pl.col(when) == code)
                 right = given.filter((pl.col("a") == code) | (pl.col("b") == code))

@@ -23,14 +23,9 @@ NAMES = {"kick": (21,), "tackle": (21,), "catch": (1, 44, 45, 47)}
 FAMILY = (1, 11, 21, 22, 23)
 #: Groups of acts, and of situations, by what is known just before and just after them.
 GROUPS = {
-    "all": pl.lit(value=True),
-    "slow": ~pl.col("fast"),
-    "fast": pl.col("fast"),
-    "at the body": pl.col("at_body"),
-    "further off": ~pl.col("at_body"),
-    "under pressure": pl.col("pressed"),
-    "free": ~pl.col("pressed"),
-}
+    "all": pl.lit(value=True), "slow": ~pl.col("fast"), "fast": pl.col("fast"),
+    "at the body": pl.col("at_body"), "further off": ~pl.col("at_body"), "under pressure": pl.col("pressed"),
+    "free": ~pl.col("pressed")}
 
 
 def acts(commands: pl.DataFrame, command: str, in_play: pl.Series) -> pl.DataFrame:
@@ -47,8 +42,7 @@ def acts(commands: pl.DataFrame, command: str, in_play: pl.Series) -> pl.DataFra
     given = (
         commands.filter(pl.col("command") == command, pl.col("t_ns").is_in(in_play.implode()))
         .with_columns(pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64))
-        .sort("team", "robot", "t_ns")
-    )
+        .sort("team", "robot", "t_ns"))
     late = (pl.col("t_ns").diff() > GAP_NS).fill_null(value=True).over("team", "robot")
     return given.with_columns(act=late.cum_sum().over("team", "robot")).group_by(
         "team", "robot", "act", maintain_order=True,
@@ -91,19 +85,14 @@ def with_conditions(these: pl.DataFrame, film: Recording) -> pl.DataFrame:
         .select("t_ns", bx="x", by="y")
         .with_columns(
             ball_speed=(pl.col("bx").diff() ** 2 + pl.col("by").diff() ** 2).sqrt()
-            / (pl.col("t_ns").diff() * 1e-9)
-        )
+            / (pl.col("t_ns").diff() * 1e-9))
     )
     away = seen.filter(pl.col("team") != "ball").join(ball, on="t_ns").with_columns(
         distance=((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt())
     nearest = pl.concat(
         [
-            away.filter(pl.col("team") != team)
-            .group_by("t_ns")
-            .agg(opponent=pl.col("distance").min())
-            .with_columns(team=pl.lit(team))
-            for team in ("home", "away")
-        ]
+            away.filter(pl.col("team") != team).group_by("t_ns").agg(opponent=pl.col("distance").min())
+            .with_columns(team=pl.lit(team)) for team in ("home", "away")]
     )
     before = away.join(nearest, on=["team", "t_ns"], how="left").select(
         "team", "robot", "distance", "opponent", last_ns="t_ns").sort("last_ns")
@@ -115,14 +104,9 @@ def with_conditions(these: pl.DataFrame, film: Recording) -> pl.DataFrame:
         .join(ball, left_on="end_ns", right_on="t_ns", how="left")
         .sort("place")
         .select(
-            "team",
-            "robot",
-            "start_ns",
-            "end_ns",
-            fast=pl.col("ball_speed") >= fast,
+            "team", "robot", "start_ns", "end_ns", fast=pl.col("ball_speed") >= fast,
             at_body=pl.col("distance") < scales.body,
-            pressed=(pl.col("opponent") < scales.close).fill_null(value=False),
-        )
+            pressed=(pl.col("opponent") < scales.close).fill_null(value=False))
     )
 
 
@@ -152,7 +136,6 @@ def judged(situations: pl.DataFrame, film: Recording) -> pl.DataFrame:
                 "command": command, "group": group, "acts": mine.height, "recall": mine["named"].mean(),
                 "family": mine["in_family"].mean(),
                 "situations": theirs.height if command == "kick" else None,
-                "precision": theirs["named"].mean() if command == "kick" else None,
-            })
+                "precision": theirs["named"].mean() if command == "kick" else None})
     shares = ("recall", "family", "precision")
     return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.col(shares).cast(pl.Float64).round(3))

@@ -42,13 +42,9 @@ class Part(NamedTuple):
 
 #: The recordings of each league. Where a league has one match, its halves are two matches' stand-ins.
 PARTS = (
-    Part("vsss", RSIM, 0, "mend", 33),
-    Part("vsss", RSIM, 1, "report", 33),
-    Part("ssl", SSL, 0, "mend", 33),
-    Part("ssl", SSL, 1, "report", 33),
-    Part("2d", RCSS, None, "mend", 34),
-    Part("2d", INSPER, None, "report", 34),
-)
+    Part("vsss", RSIM, 0, "mend", 33), Part("vsss", RSIM, 1, "report", 33), Part("ssl", SSL, 0, "mend", 33),
+    Part("ssl", SSL, 1, "report", 33), Part("2d", RCSS, None, "mend", 34),
+    Part("2d", INSPER, None, "report", 34))
 
 
 class Recording(NamedTuple):

@@ -23,14 +23,10 @@ def summary(situations: pl.DataFrame) -> dict[str, float]:
     total, of = lasts["s"].sum(), dict(lasts.group_by("code").agg(pl.col("s").sum()).iter_rows())
     moving = total - of.get(STANDS, 0.0)
     return {
-        "situations": lasts.height,
-        "median_s": lasts["s"].median(),
-        "brief": (lasts["s"] <= BRIEF_S + 1e-6).mean(),
-        "random": of.get(RANDOM, 0.0) / total,
-        "random_moving": of.get(RANDOM, 0.0) / moving,
-        "n_023": (lasts["code"] == YIELDS).sum(),
-        "n_045": (lasts["code"] == RECEIVES).sum(),
-    }
+        "situations": lasts.height, "median_s": lasts["s"].median(),
+        "brief": (lasts["s"] <= BRIEF_S + 1e-6).mean(), "random": of.get(RANDOM, 0.0) / total,
+        "random_moving": of.get(RANDOM, 0.0) / moving, "n_023": (lasts["code"] == YIELDS).sum(),
+        "n_045": (lasts["code"] == RECEIVES).sum()}
 
 
 def on_ball(

@@ -44,8 +44,7 @@ def pictures(folder: Path, labelled: Path, recorded: dict[str, Recording]) -> No
     shown = standing(labelled).join(moments, on="moment").sort("moment", "team", "robot")
     cases = [
         (recorded[name], t_ns, team, robot, f"{moment} {team} {robot}")
-        for moment, team, robot, name, t_ns in shown.select(*ROW, "recording", "t_ns").iter_rows()
-    ]
+        for moment, team, robot, name, t_ns in shown.select(*ROW, "recording", "t_ns").iter_rows()]
     for first in range(0, len(cases), _DIALS):
         dials(cases[first:first + _DIALS], folder / "dials" / f"{first // _DIALS + 1:03d}.png")
 
@@ -53,8 +52,7 @@ def pictures(folder: Path, labelled: Path, recorded: dict[str, Recording]) -> No
 def standing(labelled: Path) -> pl.DataFrame:
     """The robots that a labeller said to stand by the sheet alone: columns of ROW."""
     labels = [
-        pl.read_csv(labelled / f"labels-{who}.csv", schema_overrides={"also": pl.String}) for who in "ab"
-    ]
+        pl.read_csv(labelled / f"labels-{who}.csv", schema_overrides={"also": pl.String}) for who in "ab"]
     return pl.concat(labels).filter(pl.coalesce("first", "code") == 184).select(ROW).unique()
 
 
@@ -91,8 +89,7 @@ def _pitch(axes: Axes, pitch: Pitch, margin: float = 0.02) -> None:
     for end, colour in ((-1, _TEAMS["home"]), (1, _TEAMS["away"])):
         axes.plot((end * half,) * 2, (-goal, goal), lw=5, c=colour, solid_capstyle="butt")
     axes.set_xlim(
-        -half - pitch.goal_depth - margin * pitch.length, half + pitch.goal_depth + margin * pitch.length
-    )
+        -half - pitch.goal_depth - margin * pitch.length, half + pitch.goal_depth + margin * pitch.length)
     axes.set_ylim(-side - margin * pitch.width, side + margin * pitch.width)
     axes.set_aspect("equal")
     axes.axis("off")
@@ -114,8 +111,7 @@ def _path(axes: Axes, body: pl.DataFrame, team: str, robot: int | None, t_ns: in
     ticks = np.arange(-2_000_000_000, 2_000_000_001, 200_000_000) + t_ns
     for tick in ticks[(ticks >= t[0]) & (ticks <= t[-1]) & (ticks != t_ns)]:
         axes.plot(
-            np.interp(tick, t, x), np.interp(tick, t, y), ".", ms=4 if tick < t_ns else 3, c=colour, zorder=3
-        )
+            np.interp(tick, t, x), np.interp(tick, t, y), ".", ms=4 if tick < t_ns else 3, c=colour, zorder=3)
     now = _at(body, t_ns)
     if now is None:
         return
@@ -141,18 +137,9 @@ def _robot(axes: Axes, now: dict[str, float], radius: float, colour: str, label:
                   c="black", lw=2, zorder=5)
     edge = radius * axes.transData.transform((1, 0))[0] - radius * axes.transData.transform((0, 0))[0]
     axes.annotate(
-        label,
-        (x, y),
-        (0, edge * 72 / axes.figure.dpi + 2),
-        textcoords="offset points",
-        ha="center",
-        va="bottom",
-        fontsize=size,
-        color=colour,
-        weight="bold",
-        zorder=9,
-        path_effects=[withStroke(linewidth=2.5, foreground="white")],
-    )
+        label, (x, y), (0, edge * 72 / axes.figure.dpi + 2), textcoords="offset points", ha="center",
+        va="bottom", fontsize=size, color=colour, weight="bold", zorder=9,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 
 def _close_up(axes: Axes, recording: Recording, t_ns: int, offset: float) -> None:
@@ -178,26 +165,18 @@ def _close_up(axes: Axes, recording: Recording, t_ns: int, offset: float) -> Non
     for (team, robot), body in sorted(near.group_by("team", "robot"), key=lambda kv: str(kv[0])):
         now = _at(body, at)
         if (
-            team != "ball"
-            and now is not None
-            and abs(now["x"] - ball["x"]) < reach
+            team != "ball" and now is not None and abs(now["x"] - ball["x"]) < reach
             and abs(now["y"] - ball["y"]) < reach
         ):
             if kind == Kind.SIM2D:
                 axes.add_patch(
                     Circle(
-                        (now["x"], now["y"]),
-                        scales.contact,
-                        fill=False,
-                        ls=":",
-                        ec=_TEAMS[str(team)],
-                        zorder=3,
-                    )
+                        (now["x"], now["y"]), scales.contact, fill=False, ls=":", ec=_TEAMS[str(team)],
+                        zorder=3)
                 )
             _robot(axes, now, scales.robot_radius, _TEAMS[str(team)], str(robot), 9)
     axes.add_patch(
-        Circle((ball["x"], ball["y"]), scales.ball_radius, fc="white", ec="black", lw=1.5, zorder=8)
-    )
+        Circle((ball["x"], ball["y"]), scales.ball_radius, fc="white", ec="black", lw=1.5, zorder=8))
 
 
 def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None:
@@ -213,8 +192,7 @@ def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None
     """
     figure = Figure(figsize=(11.2, 8.0), dpi=100)
     grid = figure.add_gridspec(
-        4, 6, hspace=0.12, wspace=0.02, left=0.005, right=0.995, top=0.97, bottom=0.005
-    )
+        4, 6, hspace=0.12, wspace=0.02, left=0.005, right=0.995, top=0.97, bottom=0.005)
     for place, (film, t_ns, team, robot, title) in enumerate(cases):
         axes = figure.add_subplot(grid[place // 6, place % 6])
         axes.set_title(title, fontsize=10, pad=1)
@@ -230,25 +208,16 @@ def dials(cases: list[tuple[Recording, int, str, int, str]], path: Path) -> None
             if then is not None and then["theta"] is not None:
                 colour = mpl.colormaps["plasma_r"](0.08 + 0.84 * (step + 3) / 6)
                 axes.plot(
-                    (0, np.cos(then["theta"])), (0, np.sin(then["theta"])), c=colour, lw=2 if step else 5
-                )
+                    (0, np.cos(then["theta"])), (0, np.sin(then["theta"])), c=colour, lw=2 if step else 5)
         now, ball = _at(body, t_ns), _at(near.filter(pl.col("team") == "ball").sort("t_ns"), t_ns)
         side = 1 if team == "home" else -1
         goal = film.pitch.goal_x * side
         for letter, point in (
-            ("B", ball and (ball["x"], ball["y"])),
-            ("O", (-goal, 0.0)),
-            ("A", (goal, 0.0)),
+            ("B", ball and (ball["x"], ball["y"])), ("O", (-goal, 0.0)), ("A", (goal, 0.0)),
         ):
             if now and point:
                 turn = np.arctan2(point[1] - now["y"], point[0] - now["x"])
                 axes.text(
-                    1.18 * np.cos(turn),
-                    1.18 * np.sin(turn),
-                    letter,
-                    ha="center",
-                    va="center",
-                    fontsize=11,
-                    weight="bold" if letter == "B" else "normal",
-                )
+                    1.18 * np.cos(turn), 1.18 * np.sin(turn), letter, ha="center", va="center", fontsize=11,
+                    weight="bold" if letter == "B" else "normal")
     figure.savefig(path)

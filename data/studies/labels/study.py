@@ -49,15 +49,13 @@ def agreed(folder: Path) -> dict[str, pl.DataFrame]:
     said = read_answers(folder)
     return {
         "agreement.csv": agreement.agreement(labels, said, moments),
-        "codes.csv": agreement.by_code(labels, said, moments),
-    }
+        "codes.csv": agreement.by_code(labels, said, moments)}
 
 
 def read_answers(folder: Path) -> pl.DataFrame:
     """The folder's answers: columns of ROW, before, near_before, now, near_now."""
     return pl.read_csv(
-        folder / "answers.csv", schema_overrides={"near_before": pl.String, "near_now": pl.String}
-    )
+        folder / "answers.csv", schema_overrides={"near_before": pl.String, "near_now": pl.String})
 
 
 def _write_now(path: Path, tables: dict[str, pl.DataFrame]) -> None:
@@ -65,9 +63,7 @@ def _write_now(path: Path, tables: dict[str, pl.DataFrame]) -> None:
     old = pl.read_csv(path)
     new = pl.concat([old.clear(), *(
         table.select(pl.lit(name).alias("recording"), pl.lit("now").alias("rules"), pl.all())
-        .with_columns(pl.selectors.float().round(3)).cast(old.schema)
-        for name, table in tables.items()
-    )])
+        .with_columns(pl.selectors.float().round(3)).cast(old.schema) for name, table in tables.items())])
     place = {name: place for place, name in enumerate(ALL)}
     pl.concat([old.join(new, on=["recording", "rules"], how="anti"), new]).sort(
         pl.col("recording").replace_strict(place), "rules", maintain_order=True).write_csv(path)

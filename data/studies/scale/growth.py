@@ -114,8 +114,7 @@ def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
     size = catalogue.stat().st_size
     catalogue.unlink()
     return Growth(
-        matches=matches,
-        run_cpu_s=begun.cpu_s, run_wall_s=begun.wall_s, run_peak_mib=begun.peak_mib,
+        matches=matches, run_cpu_s=begun.cpu_s, run_wall_s=begun.wall_s, run_peak_mib=begun.peak_mib,
         run_tasks=begun.tasks,
         more_cpu_s=more.cpu_s, more_peak_mib=more.peak_mib, more_read_mib=_mib(last["cost"]["bytes_in"]),
         behaviours_s=seconds["behaviours"], decisions_s=seconds["decisions"], models_s=seconds["models"],
@@ -130,8 +129,7 @@ def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
         distinct=grams.height, grams_mib=_mib(behaviours.files[Grams.NAME].size),
         decisions_mib=_mib(sum(record.size for record in decisions.files.values())),
         knowledge_mib=_mib(sum(record.size for record in knowledge.files.values())),
-        manifest_mib=_mib(len(json.dumps(knowledge.model_dump(mode="json"), indent=1))),
-    )
+        manifest_mib=_mib(len(json.dumps(knowledge.model_dump(mode="json"), indent=1))))
 
 
 def _seconds(bench: Bench, *words: str) -> float:

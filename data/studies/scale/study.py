@@ -96,21 +96,13 @@ class Bench:
             self.call(*words)
         wall = time.monotonic() - begun
         return Cost(
-            matches,
-            what,
-            round(wall, 2),
-            round(_cpu() - before, 2),
-            round(peak[0], 1),
-            round(peak[1], 1),
-            self._tasks() - tasks,
-            round(self._database() / (1 << 20), 1),
-            sum(1 for path in self.data.rglob("*") if path.is_file()),
-        )
+            matches, what, round(wall, 2), round(_cpu() - before, 2), round(peak[0], 1), round(peak[1], 1),
+            self._tasks() - tasks, round(self._database() / (1 << 20), 1),
+            sum(1 for path in self.data.rglob("*") if path.is_file()))
 
     def _databases(self) -> list[Path]:
         return [
-            path for path in (self.home / "prefect.db", self.data / "server" / "prefect.db") if path.exists()
-        ]
+            path for path in (self.home / "prefect.db", self.data / "server" / "prefect.db") if path.exists()]
 
     def _database(self) -> int:
         return sum(path.stat().st_size for path in self._databases())
@@ -164,8 +156,7 @@ def _shares() -> list[float]:
             with suppress(OSError):
                 said = Path(f"/proc/{process}/smaps_rollup").read_text()
                 found += [
-                    int(line.split()[1]) / 1024 for line in said.splitlines() if line.startswith("Pss:")
-                ]
+                    int(line.split()[1]) / 1024 for line in said.splitlines() if line.startswith("Pss:")]
     return found
 
 
@@ -184,8 +175,7 @@ def measure(matches: int) -> list[Cost]:
         finally:
             bench.call("server", "stop")
         return found + [
-            bench.cost(matches + 2, f"sql: {what}", "sql", sql, "--csv") for what, sql in QUESTIONS.items()
-        ]
+            bench.cost(matches + 2, f"sql: {what}", "sql", sql, "--csv") for what, sql in QUESTIONS.items()]
 
 
 def main(out: Path, sizes: Sequence[int] = SIZES) -> None:

@@ -52,10 +52,8 @@ def shots_of(store: Store) -> pl.DataFrame:
         found.append(
             chances.with_columns(
                 pl.Series("features", features_of(shots, pitch), dtype=pl.Array(pl.Float64, len(FEATURES))),
-                scored=shots["outcome"] == "goal",
-                home=pl.lit(str(match.details["home"])),
-                kind=pl.lit(pitch.kind.value),
-            )
+                scored=shots["outcome"] == "goal", home=pl.lit(str(match.details["home"])),
+                kind=pl.lit(pitch.kind.value))
         )
     return pl.concat(found)
 
@@ -106,8 +104,7 @@ def of_recording(name: str, league: pl.DataFrame, own: pl.DataFrame) -> Iterator
     features, scored = league["features"].to_numpy(), league["scored"].to_numpy()
     match = np.unique(league["match_id"].to_numpy(), return_inverse=True)[1]
     yield judged(
-        name, "xg of the played matches", scored[there], league["xg"].to_numpy()[there], match[there]
-    )
+        name, "xg of the played matches", scored[there], league["xg"].to_numpy()[there], match[there])
     for control, places in CONTROLS.items():
         chances = left_out(features, scored, match, places, ModelSettings().penalty)
         yield judged(name, f"{control} of the played matches", scored[there], chances[there], match[there])
@@ -117,8 +114,7 @@ def bins(game: str, shots: pl.DataFrame) -> pl.DataFrame:
     """Shots by their xG: how many, and the goals that were expected and observed."""
     return (
         shots.with_columns(
-            at_least=pl.lit(np.array(EDGES)[np.searchsorted(EDGES, shots["xg"], side="right") - 1])
-        )
+            at_least=pl.lit(np.array(EDGES)[np.searchsorted(EDGES, shots["xg"], side="right") - 1]))
         .group_by("at_least")
         .agg(shots=pl.len(), expected=pl.col("xg").sum().round(1), goals=pl.col("scored").sum())
         .sort("at_least")

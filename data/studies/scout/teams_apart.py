@@ -41,8 +41,7 @@ def pairs(store: Store, match: Receipt) -> dict[str, float]:
     rows = _home(store, match).sort("robot", "start_ns").with_columns(
         then=pl.col("code").shift(-1).over("robot", "segment")).drop_nulls("then")
     return _shares(
-        rows.select(key=pl.format("{}-{}-{}", pl.col("role").cast(pl.String), "code", "then"))["key"]
-    )
+        rows.select(key=pl.format("{}-{}-{}", pl.col("role").cast(pl.String), "code", "then"))["key"])
 
 
 def score(store: Store, match: Receipt) -> dict[str, float]:
@@ -72,16 +71,13 @@ def having(store: Store, match: Receipt) -> dict[str, float]:
     own = rows.filter(pl.col("team") == "home")
     total = float(rows["lasts"].sum()) or 1.0
     return {
-        "share": float(own["lasts"].sum()) / total,
-        "length": float(own["lasts"].sum()) / max(own.height, 1),
-        "touches": float(own["touches"].sum()) / max(own.height, 1),
-    }
+        "share": float(own["lasts"].sum()) / total, "length": float(own["lasts"].sum()) / max(own.height, 1),
+        "touches": float(own["touches"].sum()) / max(own.height, 1)}
 
 
 DESCRIPTIONS: dict[str, Callable[[Store, Receipt], dict[str, float]]] = {
     "situations": situations, "pairs of situations": pairs, "control: score": score,
-    "control: mean places": places, "control: possession": having,
-}
+    "control: mean places": places, "control: possession": having}
 
 
 def _home(store: Store, match: Receipt) -> pl.DataFrame:
@@ -118,8 +114,7 @@ def play(folder: str, matches: int) -> dict[str, str]:
         command("record", "--home", team, "--away", "static", "--minutes", MINUTES, "--matches", matches,
                 "--seed", 1_000 * (number + 1), "--data", folder)
         teams |= {
-            match.name: teams.get(match.name, team) for match in Store(Path(folder)).receipts("matches")
-        }
+            match.name: teams.get(match.name, team) for match in Store(Path(folder)).receipts("matches")}
     return teams
 
 

@@ -97,16 +97,8 @@ class Soak:
     def run(self) -> None:
         """Let all happen until time is over, then end all of it."""
         actors: list[Callable[[random.Random], None]] = [
-            self._drop,
-            self._command,
-            self._interrupt,
-            self._kill,
-            self._step,
-            self._ask,
-            self._read,
-            self._keep,
-            self._watch,
-        ]
+            self._drop, self._command, self._interrupt, self._kill, self._step, self._ask, self._read,
+            self._keep, self._watch]
         if self.room:
             actors.append(self._fill)
         luck = [random.Random(f"{self._seed} {actor.__name__}") for actor in actors]  # noqa: S311 (no secret)
@@ -209,15 +201,9 @@ class Soak:
         if not settings.exists():
             settings.write_text(SEASON)
         chosen: list[list[object]] = [
-            ["run"],
-            ["run"],
-            ["import", self.league.recording(rng)],
-            ["import", "--isolate", self.league.recording(rng)],
-            ["verify"],
-            ["prune"],
-            ["kb", "list"],
-            ["season", "--settings", settings, "--seed", rng.randrange(1, 4)],
-        ]
+            ["run"], ["run"], ["import", self.league.recording(rng)],
+            ["import", "--isolate", self.league.recording(rng)], ["verify"], ["prune"], ["kb", "list"],
+            ["season", "--settings", settings, "--seed", rng.randrange(1, 4)]]
         if matches:
             chosen += [["forget", rng.choice(matches)]] * 2
         return rng.choice(chosen)
@@ -363,8 +349,7 @@ class Soak:
                 max((p.files for p in there), default=0),
                 *next(
                     ((round(p.mib, 1), p.files) for p in there if self._serve and p.pid == self._serve.pid),
-                    (0.0, 0),
-                ),
+                    (0.0, 0)),
                 round(next((p.mib for p in there if p.role == "notebook"), 0.0), 1),
                 _mib(self.league.data.parent / "prefect", "*.db*"),
                 sum(1 for _ in self.league.data.rglob("*.tmp*")),

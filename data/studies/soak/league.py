@@ -25,15 +25,8 @@ from pitchlore.schemas import Behaviours, Occasions, Policies
 
 #: Recordings that are refused soon, and need little room.
 REFUSED = (
-    "quadratic.mcap",
-    "lying.mcap",
-    "deep.mcap",
-    "chunks.mcap",
-    "rows.parquet",
-    "bomb.csv.gz",
-    "nothing.csv",
-    "empty.csv",
-)
+    "quadratic.mcap", "lying.mcap", "deep.mcap", "chunks.mcap", "rows.parquet", "bomb.csv.gz", "nothing.csv",
+    "empty.csv")
 #: What no file should be named.
 NAMES = ("a\nb{}", "\x1b[2J{}", "<script>{}", "{}" + "x" * 180, "-rf {}")
 STARTS_S, LENGTH_S = range(0, 560, 25), 8.0

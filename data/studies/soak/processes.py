@@ -48,13 +48,8 @@ def running() -> list[Running]:
 def _role(words: list[bytes]) -> str:
     line = b" ".join(words).decode(errors="replace")
     for sign, role in (
-        ("server_process", "server"),
-        ("resource_tracker", "tracker"),
-        ("forkserver", "reader"),
-        ("spawn_main", "worker"),
-        ("read_only=True", "notebook"),
-        (" serve ", "serve"),
-        ("prefect", "flow"),
+        ("server_process", "server"), ("resource_tracker", "tracker"), ("forkserver", "reader"),
+        ("spawn_main", "worker"), ("read_only=True", "notebook"), (" serve ", "serve"), ("prefect", "flow"),
     ):
         if sign in line:
             return role

@@ -7,12 +7,8 @@ from threading import Lock
 
 #: Tables whose rows of a match depend on nothing but the match, each with those that it is made from.
 MADE_FROM: dict[str, tuple[str, ...]] = {
-    "matches": (),
-    "sides": ("matches",),
-    "trajectories": ("matches",),
-    "situations": ("trajectories",),
-    "goals": ("matches", "situations"),
-}
+    "matches": (), "sides": ("matches",), "trajectories": ("matches",), "situations": ("trajectories",),
+    "goals": ("matches", "situations")}
 #: How many rows of which content each table has of each match, and each version of the knowledge.
 QUESTION = " union all ".join(
     f"select '{name}' as kind, {key} as name, count(*) as many, bit_xor(hash(t))::varchar as content"  # noqa: S608

@@ -106,18 +106,11 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
     if most > MOST:
         soak.find(f"{most} processes at once")
     figures = {
-        "seconds": seconds,
-        "seed": seed,
-        "own disk": _OWN in os.environ,
-        "clock": bool(clock.environment),
-        "counts": dict(sorted(soak.counts.items())),
-        "first quarter, last quarter, most": growth(samples),
-        "files compared with a quiet run's": len(expected),
-        "of these different": len(different),
+        "seconds": seconds, "seed": seed, "own disk": _OWN in os.environ, "clock": bool(clock.environment),
+        "counts": dict(sorted(soak.counts.items())), "first quarter, last quarter, most": growth(samples),
+        "files compared with a quiet run's": len(expected), "of these different": len(different),
         "verify": verified.stdout.strip().splitlines()[-1:],
-        "settled in seconds": round(time.monotonic() - begun),
-        "findings": soak.findings,
-    }
+        "settled in seconds": round(time.monotonic() - begun), "findings": soak.findings}
     (out / "figures.json").write_text(json.dumps(figures, indent=1, ensure_ascii=False) + "\n")
     print(json.dumps(figures, indent=1, ensure_ascii=False))
     return len(soak.findings)
@@ -126,6 +119,5 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
 if __name__ == "__main__":
     with own_disk() as disk:
         found = main(
-            disk, Path(__file__).parent.resolve(), float(sys.argv[1]), int((sys.argv[2:] or ["1"])[0])
-        )
+            disk, Path(__file__).parent.resolve(), float(sys.argv[1]), int((sys.argv[2:] or ["1"])[0]))
     sys.exit(min(1, found))

@@ -51,8 +51,7 @@ def step(wheels: list[list[float]]) -> None:
 spread = [[-0.2 * i, 0.0, 0.0] for i in range(1, robots + 1)]
 place([0.0] * 4, spread, [[-x, y, theta] for x, y, theta in spread])
 print(
-    json.dumps({"field_length": simulator.field_size[0], "field_width": simulator.field_size[1]}), flush=True
-)
+    json.dumps({"field_length": simulator.field_size[0], "field_width": simulator.field_size[1]}), flush=True)
 for line in sys.stdin:
     asked = json.loads(line)
     if "place" in asked:

@@ -14,8 +14,7 @@ import robosim
 robots, step_ms = (int(word) for word in sys.argv[1:])
 spread = [[-0.2 * i, 0.0, 0.0] for i in range(1, robots + 1)]
 simulator = robosim.VSS(
-    0, robots, robots, step_ms, [0.0] * 4, spread, [[-x, y, theta] for x, y, theta in spread]
-)
+    0, robots, robots, step_ms, [0.0] * 4, spread, [[-x, y, theta] for x, y, theta in spread])
 print(json.dumps({key: float(value) for key, value in simulator.get_field_params().items()}), flush=True)
 for line in sys.stdin:
     asked = json.loads(line)

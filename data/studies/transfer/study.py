@@ -115,8 +115,7 @@ def rows(
     def pair(job: tuple[str, str, int]) -> float:
         word, name, seed = job
         return float(
-            np.mean([difference(store, word, seed, home, there.get(name)) for home in (True, False)])
-        )
+            np.mean([difference(store, word, seed, home, there.get(name)) for home in (True, False)]))
 
     found: list[dict[str, object]] = []
     for word in (*CONTROLS, *words):

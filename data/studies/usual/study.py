@@ -49,8 +49,7 @@ def main(out: Path, folder: Path) -> None:
         codes = sorted({code for rates, _ in found for code in rates})
         told[kind.value] = {
             "recordings": len(found), "robot_s": round(sum(seconds for _, seconds in found)),
-            "rates": {str(c): round(sum(r.get(c, 0.0) for r, _ in found) / len(found), 7) for c in codes},
-        }
+            "rates": {str(c): round(sum(r.get(c, 0.0) for r, _ in found) / len(found), 7) for c in codes}}
     out.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 

@@ -33,8 +33,7 @@ def main(path: Path, matches: int = MATCHES) -> None:
     assert found is not None
     path.write_text(json.dumps({
         "from": f"{matches} matches each of {', '.join(' - '.join(pair) for pair in _PAIRINGS)}",
-        "report": report, **models.to_json(found),
-    }, indent=1) + "\n")
+        "report": report, **models.to_json(found)}, indent=1) + "\n")
     print(report)
 
 

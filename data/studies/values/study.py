@@ -47,8 +47,7 @@ from pitchlore.pipeline.values.worths import values, worths
 
 #: Pairings and the first seed; no choice was made on these seeds.
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
-    ("static", "static"), ("human-like", "human-like"), ("static", "human-like"), ("static", "random"),
-)
+    ("static", "static"), ("human-like", "human-like"), ("static", "human-like"), ("static", "random"))
 FIRST_SEED, MATCHES, SECONDS = 7001, 40, 480.0
 #: Instances that a gram needs in both halves.
 SUPPORT = 10
@@ -110,8 +109,7 @@ def by_cell(parts: list[Watched]) -> dict[str, float] | None:
     """The chance by the ball's cell, of 16 by 12 as in expected threat (Singh 2018), cross-fitted."""
     _, features, scores, fold = _known(parts)
     cell = np.clip((features[:, 0] + 1) * 8, 0, 15).astype(int) * 12 + np.clip(
-        features[:, 1] * 12, 0, 11
-    ).astype(int)
+        features[:, 1] * 12, 0, 11).astype(int)
     chance = np.empty(len(scores))
     for f in range(_FOLDS):
         own = fold == f
@@ -169,10 +167,8 @@ def _actions(part: Watched) -> np.ndarray:
     for back in range(3):
         row = last - back
         there = (
-            (row >= 0) & (segment[np.maximum(row, 0)] == seen["segment"].to_numpy())
-            if len(end)
-            else row > np.inf
-        )
+            (row >= 0) & (segment[np.maximum(row, 0)] == seen["segment"].to_numpy()) if len(end)
+            else row > np.inf)
         at = np.maximum(row, 0)[there]
         mine = team[at] == own[there]
         side = np.where(own[there] == "home", 1.0, -1.0)
@@ -186,8 +182,7 @@ def _of(scores: np.ndarray, chance: np.ndarray) -> dict[str, float] | None:
         return None
     return {
         "log_loss": round(float(log_loss(scores, chance)), 5),
-        "auc": round(float(roc_auc_score(scores, chance)), 4),
-    }
+        "auc": round(float(roc_auc_score(scores, chance)), 4)}
 
 
 def figures(known: pl.DataFrame) -> dict[str, object]:
@@ -220,8 +215,7 @@ def calibration(known: pl.DataFrame) -> pl.DataFrame:
         .sort("bin")
         .with_columns(
             pl.Series("from", [_EDGES[b] for b in range(len(_EDGES) - 1)])[
-                pl.Series(sorted(set(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]).tolist())))
-            ]
+                pl.Series(sorted(set(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]).tolist())))]
         )
         .select("from", "moments", "chance", "scores")
     )
@@ -247,8 +241,7 @@ def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame
         of_sides = grams(sequence, n)
         found.append(
             of_sides.with_columns(
-                key=owned_by(np.zeros(of_sides.height, np.int64), of_sides["key"].to_numpy())
-            )
+                key=owned_by(np.zeros(of_sides.height, np.int64), of_sides["key"].to_numpy()))
         )
     return valued(spelt(merge(found), n), shrink=True)
 
@@ -304,16 +297,11 @@ def increment(
             auc = _gain(scores, both, ball, match)
             rows.append(
                 {
-                    "game": pairing,
-                    "outcome": outcome,
-                    "situations": known,
+                    "game": pairing, "outcome": outcome, "situations": known,
                     "ball": round(roc_auc_score(scores, ball), 4),
-                    "both": round(roc_auc_score(scores, both), 4),
-                    "gain_low": round(auc[0], 5),
-                    "gain_high": round(auc[1], 5),
-                    "log_loss_ball": round(log_loss(scores, ball), 5),
-                    "log_loss_both": round(log_loss(scores, both), 5),
-                }
+                    "both": round(roc_auc_score(scores, both), 4), "gain_low": round(auc[0], 5),
+                    "gain_high": round(auc[1], 5), "log_loss_ball": round(log_loss(scores, ball), 5),
+                    "log_loss_both": round(log_loss(scores, both), 5)}
             )
         deals = []
         for deal in range(_DEALS):
@@ -326,8 +314,7 @@ def increment(
             "game": pairing, "outcome": outcome, "situations": "shuffled", "ball": round(alone.mean(), 4),
             "both": round(with_it.mean(), 4), "gain_low": round((with_it - alone).min(), 5),
             "gain_high": round((with_it - alone).max(), 5), "log_loss_ball": round(loss.mean(), 5),
-            "log_loss_both": round(loss_with.mean(), 5),
-        })
+            "log_loss_both": round(loss_with.mean(), 5)})
     return rows
 
 
@@ -399,11 +386,7 @@ def judged(game: str, parts: list[Watched]) -> dict[str, list[dict[str, object]]
     known = seen.filter(pl.col("scores").is_not_null())
     row: dict[str, object] = {"game": game, **{name: report[name] for name in ("matches", "goals", "kind")}}
     rows: dict[str, list[dict[str, object]]] = {
-        "models": [row],
-        "calibration": [],
-        "halves": [],
-        "increment": [],
-    }
+        "models": [row], "calibration": [], "halves": [], "increment": []}
     if report["kind"] is not None:
         row |= figures(known)
         report |= {"cells": by_cell(parts), "actions": by_actions(parts)}

@@ -26,18 +26,14 @@ from pitchlore.pipeline.trajectories.derive import trajectories
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),
-    ("random", "random"),
-)
+    ("random", "random"))
 #: Laws of the referee: the league's, and those of the first release.
 LAWS = {"league": {}, "first release": {"remember_crowds": False}}
 SEEDS, SECONDS = range(1, 21), 480.0
 #: The recordings in words.
 GAMES = {
-    RSIM: "rsim, VSSS, 3 a side (the sample)",
-    RCSS: "rcssserver, 2D, 3 a side",
-    INSPER: "Insper, 2D, 11 a side",
-    SSL: "RoboCup SSL 2025, real robots",
-}
+    RSIM: "rsim, VSSS, 3 a side (the sample)", RCSS: "rcssserver, 2D, 3 a side",
+    INSPER: "Insper, 2D, 11 a side", SSL: "RoboCup SSL 2025, real robots"}
 #: Restarts after fouls, by the letters of their note.
 FOULS = ("freeball", "penalty", "goalkick")
 #: Percentile of the speeds beside their mean.
@@ -81,8 +77,7 @@ def seen(log: MatchLog) -> Seen:
     events = log.referee.with_columns(pl.col("event").cast(pl.String), pl.col("note").fill_null(""))
     notes = [
         "".join(letter for letter in note.lower() if letter.isalpha())
-        for note in events.filter(pl.col("event") == "fault")["note"]
-    ]
+        for note in events.filter(pl.col("event") == "fault")["note"]]
     fouls = [sum(note.startswith(kind) for note in notes) for kind in FOULS]
     return Seen(
         float(steps["t_ns"].sum()) / 60e9, float(within["t_ns"].sum()) / 60e9,
@@ -90,8 +85,7 @@ def seen(log: MatchLog) -> Seen:
         int(events["note"].str.contains("goal annulled").sum()), (*fouls, len(notes) - sum(fouls)),
         speeds.filter(pl.col("team") == "ball")["speed"].to_numpy(),
         speeds.filter(pl.col("team") != "ball")["speed"].to_numpy(),
-        inside.to_numpy().mean() if len(inside) else 0.0,
-    )
+        inside.to_numpy().mean() if len(inside) else 0.0)
 
 
 def played(home: TeamKind, away: TeamKind, laws: str, seed: int) -> Seen:
@@ -131,8 +125,7 @@ def row(game: str, laws: str, all_seen: Iterable[Seen]) -> dict[str, object]:
         / sum(match.in_play for match in of),
     }
     return {"game": game, "laws": laws, "matches": len(of), "minutes": round(minutes, 1)} | {
-        name: None if value is None else round(float(value), 3) for name, value in numbers.items()
-    }
+        name: None if value is None else round(float(value), 3) for name, value in numbers.items()}
 
 
 def main(out: Path, folder: Path, seeds: Sequence[int] = SEEDS) -> None:

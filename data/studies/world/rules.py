@@ -78,23 +78,17 @@ def play(one: Side, other: Side, seed: int, away: bool) -> Played:
                     referee=RefereeSettings(duration_s=SECONDS))
     home, guests = (
         ScriptedController(settings, recipe, np.random.default_rng([seed, 1 + team]), side.script())
-        for team, (settings, side) in enumerate(zip((recipe.home, recipe.away), sides, strict=True))
-    )
+        for team, (settings, side) in enumerate(zip((recipe.home, recipe.away), sides, strict=True)))
     match = MatchInPlay(recipe, (home, guests))
     while match.advance(1024):
         pass
     gained = (
-        match.take()
-        .referee.filter(pl.col("event") == "fault", pl.col("team").is_not_null())["team"]
-        .cast(str)
-    )
+        match.take().referee.filter(pl.col("event") == "fault", pl.col("team").is_not_null())["team"]
+        .cast(str))
     own = SIDES[int(away)]
     return Played(
-        match.score[int(away)] - match.score[1 - int(away)],
-        int((gained != own).sum()),
-        int((gained == own).sum()),
-        recipe.referee.duration_s / 60,
-    )
+        match.score[int(away)] - match.score[1 - int(away)], int((gained != own).sum()),
+        int((gained == own).sum()), recipe.referee.duration_s / 60)
 
 
 def pairs(part: tuple[Side, Side, Sequence[int]]) -> list[list[float]]:
@@ -111,16 +105,10 @@ def _row(
 ) -> dict[str, object]:
     low, high = mean_interval(worth) or (np.nan, np.nan)
     return {
-        "left_out": left_out,
-        "opponent": opponent,
-        "matches": 2 * len(seeds),
-        "seeds": f"{seeds[0]} to {seeds[-1]}",
-        "worth": round(float(worth.mean()), 2),
-        "low": round(float(low), 2),
-        "high": round(float(high), 2),
-        "fouls": round(float(fouls), 3),
-        "fouls_without": round(float(without), 3),
-    }
+        "left_out": left_out, "opponent": opponent, "matches": 2 * len(seeds),
+        "seeds": f"{seeds[0]} to {seeds[-1]}", "worth": round(float(worth.mean()), 2),
+        "low": round(float(low), 2), "high": round(float(high), 2), "fouls": round(float(fouls), 3),
+        "fouls_without": round(float(without), 3)}
 
 
 def main(out: Path, seeds: Sequence[int] = SEEDS) -> None:

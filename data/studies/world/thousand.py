@@ -67,14 +67,9 @@ def look(kind: TeamKind, seconds: float, seed: int) -> Look:
                (frames.robots, ("x", "y", "theta", "vx", "vy", "omega"))) for name in names]
     ball, robots = ball_overlaps(frames, of.pitch), robot_overlaps(frames, of.pitch).max(-1)
     return Look(
-        len(frames),
-        all(np.isfinite(column).all() for column in numbers),
-        float(ball.max()),
-        float(robots.max()),
-        int((ball > _DEEP).sum()),
-        int((robots > _DEEP).sum()),
-        Counter(referee["event"].cast(str).to_list()),
-    )
+        len(frames), all(np.isfinite(column).all() for column in numbers), float(ball.max()),
+        float(robots.max()), int((ball > _DEEP).sum()), int((robots > _DEEP).sum()),
+        Counter(referee["event"].cast(str).to_list()))
 
 
 def summary(kind: TeamKind, looks: list[Look]) -> dict[str, object]:
@@ -87,25 +82,21 @@ def summary(kind: TeamKind, looks: list[Look]) -> dict[str, object]:
         "frames": frames,
         "matches with a number that is not finite": sum(not seen.finite for seen in looks),
         "matches with a body outside": sum(
-            seen.ball > BALL_MOST or seen.robot > ROBOT_MOST for seen in looks
-        ),
+            seen.ball > BALL_MOST or seen.robot > ROBOT_MOST for seen in looks),
         "ball deepest in a wall (mm)": round(1000 * max(seen.ball for seen in looks), 1),
         "ball deeper than 5 mm (share of frames)": float(f"{sum(s.ball_deep for s in looks) / frames:.2g}"),
         "robot deepest in a wall (mm)": round(1000 * max(seen.robot for seen in looks), 1),
         "robot deeper than 5 mm (share of frames)": float(f"{sum(s.robot_deep for s in looks) / frames:.2g}"),
         "calls": dict(sorted(calls.items())),
         "settings": recipe(kind, SECONDS, 1).model_dump(
-            mode="json", exclude={"seed": True, "home": {"people"}, "away": {"people"}}
-        ),
+            mode="json", exclude={"seed": True, "home": {"people"}, "away": {"people"}}),
     }
 
 
 def main(out: Path, study: Sequence[tuple[TeamKind, int]] = STUDY) -> bool:
     """Write the study into a folder; whether every match was as it should be."""
     said: dict[str, object] = {
-        "command": "make world",
-        "bounds (mm)": {"ball": 1000 * BALL_MOST, "robot": 1000 * ROBOT_MOST},
-    }
+        "command": "make world", "bounds (mm)": {"ball": 1000 * BALL_MOST, "robot": 1000 * ROBOT_MOST}}
     good = True
     with workers() as pool:
         for kind, matches in study:
