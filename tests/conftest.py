@@ -40,21 +40,24 @@ RECORDINGS = ROOT.parent / "shared" / "matches"
 
 
 TIERS = ("prefect", "slow", "unit")
+#: Fixtures that run every stage, or draw all pages.
+WHOLE = {"finished", "pages"}
 
 #: While a worker compiles what the arena needs, in this file's tests, the other compiles what the stages need.
 FIRST = "test_play.py"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put every test in its tier: slow where it says so, prefect where it needs a server, else unit.
+    """Put every test in its tier: slow where it says so or needs a whole run, prefect with a server, else unit.
 
     The files come in the order of their longest tier, so that no worker is left with a long one in the end;
     the first tests compile what the slow ones then find compiled.
     """
     of_file: dict[Path, int] = {}
     for item in items:
-        needs_prefect = "prefect_server" in getattr(item, "fixturenames", ())
-        tier = "slow" if item.get_closest_marker("slow") else "prefect" if needs_prefect else "unit"
+        needs = set(getattr(item, "fixturenames", ()))
+        slow = item.get_closest_marker("slow") or needs & WHOLE
+        tier = "slow" if slow else "prefect" if "prefect_server" in needs else "unit"
         item.add_marker(tier)
         of_file[item.path] = min(TIERS.index(tier), of_file.get(item.path, len(TIERS)))
     items.sort(key=lambda item: (item.path.name != FIRST, of_file[item.path]))

@@ -253,6 +253,7 @@ def store(tmp_path_factory):
     return own
 
 
+@pytest.mark.slow
 def test_through_the_stages(store, tmp_path):
     """The stages fit the models of a league's shots, and judge each match by those of the others."""
     shutil.copytree(store.root, tmp_path / "data")
@@ -301,6 +302,7 @@ def test_on_the_pages(store, tmp_path):
     assert "Expected goals are known in 1 of 2 matches." in team
 
 
+@pytest.mark.slow
 def test_page_is_anew(store, tmp_path):
     """A page's key holds its chances, and how many goals they need, though no table says so."""
     shutil.copytree(store.root, tmp_path / "data")

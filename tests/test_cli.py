@@ -229,6 +229,7 @@ def test_name_of_season_settings(call, tmp_path, stem):
     assert not (tmp_path / "data").exists()
 
 
+@pytest.mark.slow
 def test_import_run_and_train(call, tmp_path):
     """An imported match is run and trained on once, and again only with other settings."""
     recording = tmp_path / "derby.csv"

@@ -288,6 +288,7 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
     return done, simulator
 
 
+@pytest.mark.slow
 def test_drives_and_stops(tmp_path: Path) -> None:
     """Commands go out 60 times a second, robots stop 0.3 s after vision, and when it ends; the log tells it."""
     done, simulator = driven(tmp_path, [(1.2, "off"), (2.2, "on")], seconds=4.0)
@@ -332,6 +333,7 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert simulator.still()[-5:] == [True] * 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_stops_when_it_is_ended(tmp_path: Path, number: int) -> None:
     """Ctrl-C, kill and a terminal that is closed leave robots standing, and the log where the next run finds it."""
@@ -357,6 +359,7 @@ def test_stops_when_it_is_ended(tmp_path: Path, number: int) -> None:
     assert read(open_source(file.read_bytes(), file.name)).info.complete
 
 
+@pytest.mark.slow
 def test_outlives_its_terminal(tmp_path: Path) -> None:
     """A command under `nohup` does not end when the terminal is closed, but does at SIGTERM."""
     streams = (word for stream in ("vision", "referee") for word in ("--at", f"{stream}=127.0.0.1:0"))
@@ -477,6 +480,7 @@ def test_served(tmp_path: Path) -> None:
     assert len(on) == 2  # and it is said each second
 
 
+@pytest.mark.slow
 def test_served_again(tmp_path: Path, call: Callable[..., tuple[int, str, str]]) -> None:
     """A recipe holds no other program's play: a second match of the same teams has the next seed."""
     found = []

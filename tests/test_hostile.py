@@ -57,6 +57,7 @@ def reader() -> Iterator[Reader]:
     process.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", HOSTILE, ids=lambda case: case.name)
 def test_bounds(tmp_path, reader, case: Hostile):
     """A hostile recording is refused in one line, or read; and both cost little time and memory."""
@@ -73,6 +74,7 @@ def test_bounds(tmp_path, reader, case: Hostile):
     assert megabytes < case.megabytes + 3 * file.stat().st_size / (1 << 20)
 
 
+@pytest.mark.slow
 def test_hostile_names(tmp_path):
     """Files with hostile names are imported like others; no name reaches a terminal as it is."""
     data = tmp_path / "data"
@@ -318,6 +320,7 @@ def plain(tmp_path_factory) -> list[tuple[str, tuple[str, ...]]]:
     return Tags(shown(tmp_path_factory.mktemp("plain"), "Lions", "Tigers")[0]).found
 
 
+@pytest.mark.slow
 @settings(max_examples=2)
 @given(*[st.lists(st.sampled_from(NASTY), min_size=1, max_size=4).map("".join)] * 2)
 @example("<script>alert(1)</script>\x1b]0;owned\x07", "$\\frac{[/red]\u202e\n")

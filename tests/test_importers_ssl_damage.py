@@ -264,6 +264,7 @@ def test_too_many_messages() -> None:
         read(open_source(log(WHOLE), "x.log", ImportSettings(rows=50)))
 
 
+@pytest.mark.slow
 def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The survey of a log four times as long needs no more memory; its import needs what a sample's times take.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings.make import FILES
@@ -45,6 +46,7 @@ def check(data: bytes) -> None:
     assert time.monotonic() - begin < SOON_S
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.sampled_from(LOGS), st.lists(st.tuples(st.integers(min_value=16), st.integers(0, 255)), min_size=1, max_size=40))
 def test_bytes_that_are_others(data: bytes, changes: list[tuple[int, int]]) -> None:
@@ -55,6 +57,7 @@ def test_bytes_that_are_others(data: bytes, changes: list[tuple[int, int]]) -> N
     check(bytes(damaged))
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.sampled_from(LOGS), st.integers(min_value=0), st.integers(0, 3_000), st.binary(max_size=200))
 def test_a_piece_that_is_another(data: bytes, at: int, length: int, piece: bytes) -> None:
