@@ -180,7 +180,7 @@ def test_isolated_reading(tmp_path, name):
     file = tmp_path / Path(name).name
     file.write_bytes(FILES[name]())
     source = open_source(file.read_bytes(), file.name)
-    assert same(read_isolated([file], source, TrackingMap()), read(source))
+    assert same(read_isolated([file], source, TrackingMap())[0], read(source))
 
 
 def test_isolated_refusal(tmp_path):
