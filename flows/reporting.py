@@ -7,10 +7,9 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from pitchlore.pipeline.engine.placement.places import placed
-from pitchlore.pipeline.engine.report import write_report
 from pitchlore.pipeline.engine.tasks import runner
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.plots.report import pictures
+from pitchlore.pipeline.views.report import write_report
 
 
 class Reported(BaseModel):
@@ -35,6 +34,6 @@ def report(data: Path, on: str | None = None) -> Reported:
         CorruptFile: if a file of a policy is gone or its bytes have changed.
     """
     with placed(on, data) as crew:
-        page = crew.alone().run(write_report, Store(crew.path(data)), pictures).page
+        page = crew.alone().run(write_report, Store(crew.path(data))).page
     runner.get().show(lambda: f"[The report]({page})", key="report", description="where the report is")
     return Reported(page=page)

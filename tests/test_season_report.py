@@ -19,8 +19,6 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.table import TEAMS
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.evaluations import evaluate
-from pitchlore.pipeline.engine.report import NAME, sources, write_report
-from pitchlore.pipeline.engine.report import tables as tables_in
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation
 from pitchlore.pipeline.report.claims import verdicts
@@ -36,6 +34,8 @@ from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.pipeline.views.plots import seasons as plots
 from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.report import NAME, sources, write_report
+from pitchlore.pipeline.views.report import tables as tables_in
 from pitchlore.schemas import Evaluations, Games, Growth, Policies
 
 pytestmark = pytest.mark.slow
@@ -255,11 +255,11 @@ def test_made_once(tmp_path):
     """A report is made once, and anew when there are more seasons."""
     store = Store(tmp_path)
     put(store, *tables(season("paper", "static", 1, last=3)))
-    first, page, _ = write_report(store, pictures)
-    assert write_report(store, pictures)[0] == first
+    first, page, _ = write_report(store)
+    assert write_report(store)[0] == first
     assert "not judged" in page.read_text()
     put(store, *tables(season("paper", "static", 2, last=3)))
-    assert write_report(store, pictures)[0].key != first.key
+    assert write_report(store)[0].key != first.key
 
 
 def read(store):
@@ -308,22 +308,22 @@ def measure(store, seeds=(0,), seconds=2.0, policy=SHORT.id, against="random", *
 
 def test_evaluations_in_report(taught):
     """A report is made anew for evaluations of its own apprentices, and for no others."""
-    first = write_report(taught, pictures).receipt
+    first = write_report(taught).receipt
     measure(taught, policy="static")
     measure(taught, seconds=1.0)
     measure(taught, min_visits=3)
-    again = write_report(taught, pictures).receipt
+    again = write_report(taught).receipt
     assert again == first
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)
     measure(taught, (0, 1))
-    measured, page, _ = write_report(taught, pictures)
+    measured, page, _ = write_report(taught)
     assert measured.key != first.key
     rows = read(taught).evaluations
     assert rows.select("team", "opponent", "seed", "match").rows() == [
         (SHORT.id, "random", seed, match) for seed in (0, 1) for match in (1, 2)]
     assert sum(label.startswith("evaluations/") for label in measured.inputs) == 2
     assert re.search(r'<td>best</td>\s*<td>static</td>\s*<td[^>]*>1</td>\s*<td>random</td>\s*<td[^>]*>1</td>\s*<td[^>]*>4</td>', page.read_text())
-    assert write_report(taught, pictures)[0] == measured
+    assert write_report(taught)[0] == measured
     assert [receipt.name for receipt in taught.receipts("report")] == [NAME]
 
 
@@ -332,7 +332,7 @@ def test_controls_in_report(taught):
     measure(taught, (0, 1))
     measure(taught, (0, 1), policy="constant:044")
     measure(taught, policy="constant:021", seconds=1.0)
-    _, page, (_, _, evaluations, left_out, _) = write_report(taught, pictures)
+    _, page, (_, _, evaluations, left_out, _) = write_report(taught)
     assert (evaluations["team"].unique().sort().to_list(), left_out) == ([SHORT.id, "constant:044"], 1)
     assert "<td>constant:044</td>" in page.read_text()
 

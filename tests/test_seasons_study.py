@@ -25,7 +25,6 @@ from support.seasons import (
 
 from pitchlore.pipeline.arena.teams.clock import PAPER
 from pitchlore.pipeline.arena.teams.panel import PANEL
-from pitchlore.pipeline.engine.report import ReportTables
 from pitchlore.pipeline.numbers.claims import Evidence, Range
 from pitchlore.pipeline.numbers.statistics import UNDEFINED, Estimate, wilson
 from pitchlore.pipeline.report.claims import CLAIMS, verdicts
@@ -33,6 +32,7 @@ from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER, seasons_of
 from pitchlore.pipeline.report.preferences import NO_PREFERENCES
 from pitchlore.pipeline.report.summary import curves
+from pitchlore.pipeline.views.report import ReportTables
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
 FOLDER = ROOT / "data" / "studies" / "seasons"

@@ -14,7 +14,6 @@ from pitchlore.flows.reporting import Reported
 from pitchlore.flows.reporting import report as make_report
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.engine.report import NAME, damaged, sources, tables
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.preferences import side_by_side
@@ -23,6 +22,7 @@ from pitchlore.pipeline.report.summary import ablated, compared, measured, playe
 from pitchlore.pipeline.report.table3 import GAMES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.views.report import NAME, damaged, sources, tables
 from pitchlore.schemas import Claims, note_on
 
 

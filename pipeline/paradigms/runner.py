@@ -16,7 +16,6 @@ from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 from pitchlore.pipeline.paradigms.games.game import Game
-from pitchlore.pipeline.paradigms.games.matrix import climbing
 from pitchlore.pipeline.paradigms.rules.jaq import joint_index
 from pitchlore.pipeline.paradigms.rules.kernel import kernel
 from pitchlore.pipeline.paradigms.rules.memory import (
@@ -26,7 +25,7 @@ from pitchlore.pipeline.paradigms.rules.memory import (
     Transition,
     memory_of,
 )
-from pitchlore.pipeline.paradigms.rules.rules import RULES, adapt, error, number_of, values
+from pitchlore.pipeline.paradigms.rules.rules import adapt, error, number_of, values
 from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, sample, select
 from pitchlore.pipeline.paradigms.settling import PARTS, Settling, look
 
@@ -245,11 +244,6 @@ def _settle(
 def stream(seeds: Sequence[int], run: int) -> np.random.Generator:
     """Random numbers of one run: the ``run``-th stream split off the seeds."""
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seeds, spawn_key=(run,))))
-
-
-def warm_up() -> None:
-    """Compile everything, which takes some seconds the first time."""
-    play(climbing(), RULES[0].settings(), Training(np.ones(1)), Testing(), runs=range(1), seeds=(0,))
 
 
 def play(

@@ -26,7 +26,6 @@ from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.matches import Recording, import_recording
-from pitchlore.pipeline.engine.report import write_report
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import MatchTables, stored_match
@@ -53,7 +52,7 @@ from pitchlore.pipeline.values.fitting import fit
 from pitchlore.pipeline.values.moments import moments
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
 from pitchlore.pipeline.views.commentary.summary import heading, numbers
-from pitchlore.pipeline.views.plots.report import pictures
+from pitchlore.pipeline.views.report import write_report
 from pitchlore.schemas import (
     PUBLIC,
     Evaluations,
@@ -245,7 +244,7 @@ def report() -> Golden:
     """The report on the season of two games, as text."""
     with _folder() as data:
         played.season(data)
-        written = write_report(Store(data), pictures)
+        written = write_report(Store(data))
         text = Store(data).read(written.receipt, "text").decode()
         return Golden(text, _versions("report"), inputs=_digest(_csv(written.tables.games, written.tables.growth)))
 

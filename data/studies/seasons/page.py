@@ -11,7 +11,6 @@ from seasons.kickoffs import about_kick_offs
 
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.panel import PANEL
-from pitchlore.pipeline.engine.report import ReportTables
 from pitchlore.pipeline.report.claims import BEST, IN_GAMES, PAPER
 from pitchlore.pipeline.report.document import code
 from pitchlore.pipeline.report.measures import CONTROLS, distinct
@@ -32,6 +31,7 @@ from pitchlore.pipeline.report.report import (
 from pitchlore.pipeline.report.sensitivity import varied
 from pitchlore.pipeline.report.summary import LAST, ablated
 from pitchlore.pipeline.report.table3 import GAMES
+from pitchlore.pipeline.views.report import ReportTables
 from pitchlore.schemas.evaluations import minutes_of, word_of
 from pitchlore.schemas.seasons import PERSON
 

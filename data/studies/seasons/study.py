@@ -18,12 +18,12 @@ from seasons.page import markdown
 from seasons.plots import pictures
 
 from pitchlore.pipeline.arena.teams.constant import BEST as BEST_CONSTANT
-from pitchlore.pipeline.engine.report import ReportTables, sources, tables
 from pitchlore.pipeline.report.claims import CLAIMS, verdicts
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.measures import seasons_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.pipeline.views.report import ReportTables, sources, tables
 
 #: Seed of the first season.
 SEED = 101

@@ -14,13 +14,13 @@ from pathlib import Path
 import polars as pl
 from harness import ROOT, seasons
 
-from pitchlore.pipeline.engine.report import sources, tables
 from pitchlore.pipeline.report.claims import PAPER
 from pitchlore.pipeline.report.report import estimates
 from pitchlore.pipeline.report.sensitivity import LAST, PREFIX, sensitivity, varied
 from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE
+from pitchlore.pipeline.views.report import sources, tables
 from pitchlore.schemas import STAND_IN
 
 #: Files of the variations. The comment at the top of each says what differs from the paper's settings.

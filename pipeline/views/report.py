@@ -1,6 +1,6 @@
 """The report on all seasons: claims with verdicts, plots, and one page."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +25,7 @@ from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE, Receipt
 from pitchlore.pipeline.store.work import Made
+from pitchlore.pipeline.views.plots.report import pictures
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
 #: Name of the noun's only output.
@@ -33,9 +34,6 @@ TITLE = "Pitchlore: seasons"
 
 #: The report is made of all seasons; it has no settings.
 NO_SETTINGS = Frozen()
-
-#: Plots of seasons (schemas Games and Growth) as PNG, by the names that the report gives them.
-DrawSeasons = Callable[[pl.DataFrame, pl.DataFrame], dict[str, bytes]]
 
 
 def damaged(store: Store) -> list[Vouched]:
@@ -226,16 +224,16 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     return pl.concat(found)
 
 
-def _made(found: ReportTables, draw: DrawSeasons) -> Made:
+def _made(found: ReportTables) -> Made:
     """Claims, plots, and the report as Markdown and as a web page."""
     games, growth, evaluations, left_out, _ = found
-    claims, pictures = verdicts(seasons_of(games, growth)), draw(games, growth)
-    text = markdown(games, evaluations, left_out, claims, list(pictures), RELEASE)
-    page = web_page(TITLE, text, pictures, COLOURS)
+    claims, drawn = verdicts(seasons_of(games, growth)), pictures(games, growth)
+    text = markdown(games, evaluations, left_out, claims, list(drawn), RELEASE)
+    page = web_page(TITLE, text, drawn, COLOURS)
     return Made(
         tables=[(claims, Claims)],
         blobs={"page": ("html", page), "text": ("md", text.encode())}
-        | {name: ("png", data) for name, data in pictures.items()},
+        | {name: ("png", data) for name, data in drawn.items()},
     )
 
 
@@ -253,12 +251,8 @@ class Written(NamedTuple):
     tables: ReportTables
 
 
-def write_report(store: Store, draw: DrawSeasons) -> Written:
+def write_report(store: Store) -> Written:
     """Report on the present seasons, evaluations and policies, unless none of them has changed.
-
-    Args:
-        store: store of the seasons.
-        draw: draws the plots.
 
     Raises:
         NotFound: if no season has been played.
@@ -270,7 +264,7 @@ def write_report(store: Store, draw: DrawSeasons) -> Written:
     receipt = store.holding(work)
     if receipt is None:
         with refusing(store, work.noun, work.name):
-            receipt = store.commit(work, _made(found, draw))
+            receipt = store.commit(work, _made(found))
     path = store.root / "report" / "index.html"
     store.keep(path, store.read(receipt, "page"))
     return Written(receipt, path, found)
