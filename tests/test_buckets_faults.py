@@ -124,7 +124,7 @@ def test_not_installed(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "obstore.store", None)
     code, _, err = call("kb", "list", "--data", "s3://league/x")
     assert (code, err) == (
-        1, "pitchlore: s3://league/x: buckets need the extra bucket. pip install 'pitchlore[bucket]'.\n")
+        1, "pitchlore: s3://league/x: buckets need the extra bucket. Install the extra pitchlore[bucket].\n")
 
 
 @pytest.mark.parametrize("key", ["goals/../../../out.receipt.json", "goals//x.receipt.json"])

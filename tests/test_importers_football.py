@@ -187,7 +187,7 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
         open_files([("a.json", b"{}"), ("b.json", b"{}")], "signality")
     source = open_files([("a.json", b"{}"), ("b.json", b"{}")], "skillcorner")
     monkeypatch.setitem(sys.modules, "kloppy.skillcorner", None)
-    with pytest.raises(NotFound, match=r"pip install 'pitchlore\[kloppy\]'"):
+    with pytest.raises(NotFound, match=r"the extra pitchlore\[kloppy\]"):
         dataset_of(source)
 
 

@@ -132,6 +132,13 @@ def test_versions_agree():
     assert "Version 2.0, January 2004" in text("LICENSE")
 
 
+def test_extras_are_in_the_page():
+    """docs/how-to/install.md has every extra with its size."""
+    page = text("docs/how-to/install.md")
+    rows = dict(re.findall(r"^\| `(\w+)` \| [^|]+ \| (\d+) MB \|", page, re.MULTILINE))
+    assert list(rows) == sorted(PROJECT["project"]["optional-dependencies"])
+
+
 def test_ci_calls_make():
     """The workflow, the hooks and .ci/run call targets of the Makefile, which hold the commands."""
     targets = set(re.findall(r"^([a-z]+):", text("Makefile"), re.MULTILINE))

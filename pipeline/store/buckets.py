@@ -257,7 +257,7 @@ def _opened(url: str) -> ObjectStore:
         from obstore.store import from_url  # noqa: PLC0415 (an extra)
     except ImportError:
         raise BadSettings("buckets need the extra bucket", where=url,
-                          next_step="pip install 'pitchlore[bucket]'") from None
+                          next_step="Install the extra pitchlore[bucket]") from None
     if url.startswith("memory:"):
         return from_url("memory:///")
     plain = "true" in (os.environ.get("AWS_ALLOW_HTTP", "").lower(), os.environ.get("ALLOW_HTTP", "").lower())

@@ -136,7 +136,7 @@ def dataset_of(source: SourceFile) -> TrackingDataset:
     except ImportError as error:
         raise NotFound(
             f"kloppy, which reads {provider.title}, cannot be loaded ({in_one_line(error)})",
-            next_step="Install it: pip install 'pitchlore[kloppy]'",
+            next_step="Install the extra pitchlore[kloppy]",
         ) from error
     count = len(provider.files)
     files: dict[str, Any] = dict(zip(provider.files, source.parts[:count], strict=True))

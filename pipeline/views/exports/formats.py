@@ -40,7 +40,7 @@ def _rerun(content: Content) -> FilesByEnding:
             raise
         raise NotFound(
             f"rerun cannot be loaded ({in_one_line(error)})", where="export",
-            next_step="Install it: pip install 'pitchlore[rerun]'",
+            next_step="Install the extra pitchlore[rerun]",
         ) from error
     made: bytes = module.recording(content)
     return {"rrd": made}
