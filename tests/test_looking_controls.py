@@ -6,21 +6,13 @@ import numpy as np
 import polars as pl
 import pytest
 from looking.blind import blind
-from looking.measuring import blind_pair, played_blind
-from looking.pairs import of_pairs
-from looking.permuted import actions_dealt, dealt, sights_dealt, stages
+from looking.permuted import actions_dealt, dealt, sights_dealt
 from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
 
 from pitchlore.pipeline.arena.match.controllers import controllers_of
-from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import appraise as worth
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
-from pitchlore.pipeline.engine.games import Turn, take
-from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, Pair, play
 from pitchlore.pipeline.matches.frame import HOME
-from pitchlore.pipeline.seasons.settings import Season, parse
-from pitchlore.pipeline.store import Store
 
 
 def unseeing(late_s=None, **how):
@@ -96,57 +88,3 @@ def test_deals_within_roles(deal):
         mine = (table.filter(pl.col("role") == each, ours)[differ[0]] for table in (old, new))
         first, second = (sorted(values.to_list()) for values in mine)
         assert first == second
-
-
-#: A season in which robots try actions in the second game.
-SHORT = """
-base = "looking"
-games = 2
-practice = 1
-explore = 1.0
-explore_last = 1.0
-[referee]
-duration_s = 60
-[pipeline.policies.appraisals]
-codes = "all"
-leaf_samples = 10
-"""
-
-
-def season(data, name, **how):
-    """A season of two games that were played."""
-    own = Season(name=name, opponent="static", seed=1, settings=parse(SHORT, where="short.toml"))
-    for game in (1, 2):
-        take(data, Turn(own, game), discard=True, **how)
-    return own
-
-
-@pytest.fixture(scope="module")
-def data(tmp_path_factory):
-    """A data folder with the seasons own, actions and sights; the latter learned from a log that was dealt out anew."""
-    folder = tmp_path_factory.mktemp("data")
-    season(folder, "own")
-    season(folder, "actions", stages=stages(actions_dealt))
-    season(folder, "sights", stages=stages(sights_dealt))
-    return folder
-
-
-def test_season_dealt(data):
-    """A season whose log is dealt out anew plays the same games, from which it learns other appraisals."""
-    learned = [Store(data / "seasons" / f"{name}-static-1").manifest("policies", 2) for name in ("own", "actions", "sights")]
-    assert len({manifest.files["appraisals"].sha256 for manifest in learned}) == 3
-    assert len({tuple(sorted(manifest.inputs.items())) for manifest in learned}) == 1
-
-
-def test_blind_pairs(data):
-    """Matches of a blind team are not those of the team that sees; they are the same when they are played again."""
-    policies = {}
-    store = Store(data)
-    how = Evaluation(team=entrant(store, "own-static-1", policies), opponent=entrant(store, "static", policies),
-                     referee=RefereeSettings(duration_s=60.0))
-    seeds = [3, 4, 5]
-    found = played_blind(how, policies, None, seeds)
-    assert found.equals(pl.concat([blind_pair(policies, None, Pair(evaluation=how, seed=seed)) for seed in seeds]))
-    assert found["seed"].to_list() == seeds
-    sees = pl.concat([play(Pair(evaluation=how, seed=seed), policies) for seed in seeds])
-    assert not found.equals(of_pairs(sees))

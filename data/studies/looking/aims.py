@@ -28,7 +28,7 @@ class Aim(NamedTuple):
 
     @property
     def reached(self) -> bool:
-        """Whether the lower bound is above what is needed, and the mean is as great as it has to be."""
+        """True if the lower bound is above what is needed, and the mean is as great as it has to be."""
         return self.low > self.needed and self.mean >= self.least
 
 

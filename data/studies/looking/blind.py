@@ -55,7 +55,7 @@ class BlindController(AppraisingController):
     Args:
         tables: the policy, with appraisals.
         settings: how often it decides and how it explores.
-        recipe: of the match.
+        recipe: recipe of the match.
         rng: decides what is left to chance.
         late_s: how long ago robots saw what they act on, seconds, rounded to whole decisions, at least one.
             None: any

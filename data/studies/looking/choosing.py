@@ -71,7 +71,7 @@ class Chooser:
                 self._seen[role] = np.concatenate([kept, sights[roles == role]])[-_KEPT:]
 
     def anew(self, ways: I64) -> Bools:
-        """Whether robots begin what they choose anew at each step, bool [n]: constants go on."""
+        """True for robots that begin what they choose anew at each step, bool [n]: constants go on."""
         return ~self._constant[ways]
 
     def __call__(self, sights: F32, roles: I64, ways: I64) -> I64:

@@ -163,7 +163,7 @@ def learners_of(chosen: Sequence[str], among: Collection[str]) -> list[Learner]:
 
     Args:
         chosen: settings.
-        among: those that there are.
+        among: settings that there are.
 
     Raises:
         SystemExit: if there are no such settings.

@@ -1,4 +1,4 @@
-"""Trials: what the lot decides between, and in which matches."""
+"""Trials: the ways to act between which a lot decides, and their matches."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Trial(NamedTuple):
     """Matches in which the lot decides how a robot acts in a second.
 
     Attributes:
-        tickets: what the lot draws from, all with the same chance: LOOKS, BLIND, or the word of a constant
-            team.
-        seeds: of the pairs of matches; nothing else was ever played with them.
-        compared: pairs of ways to act: what one is worth more than the other.
+        tickets: ways to act that the lot draws, all with the same chance: LOOKS, BLIND, or the word of a
+            constant team.
+        seeds: seeds of the pairs of matches; nothing else was ever played with them.
+        compared: pairs of ways to act, of which the first is compared with the second.
     """
 
     tickets: Sequence[str]

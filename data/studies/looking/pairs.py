@@ -28,9 +28,9 @@ def kept(
     """Goal differences of pairs, by seed; those that are missing are played.
 
     Args:
-        folder: of the files.
+        folder: folder of the files.
         said: everything that the results depend on but the seeds, in words.
-        seeds: of the pairs.
+        seeds: seeds of the pairs.
         play: plays pairs of some seeds: a row a pair, seed and difference. None: missing pairs have no row.
     """
     path = folder / f"{digest(said.encode())}.csv"

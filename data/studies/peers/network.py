@@ -16,8 +16,8 @@ class Network(NamedTuple):
     """Layers one after the other, with an activation between two of them.
 
     Attributes:
-        weights: of each layer, float32 [numbers in, numbers out].
-        biases: of each layer, float32 [numbers out].
+        weights: weights of each layer, float32 [numbers in, numbers out].
+        biases: biases of each layer, float32 [numbers out].
         activation: ``tanh`` or ``relu``.
     """
 

@@ -56,7 +56,7 @@ def learner_of(name: str, pitches: Pitches, seed: int) -> BaseAlgorithm:
 
 
 def network_of(model: BaseAlgorithm) -> Network:
-    """What chooses the actions of a learner."""
+    """The network that chooses the actions of a learner."""
     policy: Any = model.policy
     if isinstance(model, PPO):
         return of_modules([*policy.mlp_extractor.policy_net, policy.action_net])
@@ -69,9 +69,9 @@ class Training(BaseCallback):  # type: ignore[misc]  # not in this environment
     Args:
         pitches: the matches.
         stem: path of the files, without the number of matches.
-        seed: of the training.
+        seed: seed of the training.
         matches: after which it stops, None: no limit.
-        minutes: of one core after which it stops, at the next whole state; None: no limit.
+        minutes: minutes of one core after which it stops, at the next whole state; None: no limit.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class Training(BaseCallback):  # type: ignore[misc]  # not in this environment
 
     @property
     def done(self) -> bool:
-        """Whether it has played, or worked, as long as it was to, and has kept its state if one is due."""
+        """True if it has played, or worked, as long as it was to, and has kept its state if one is due."""
         kept = self._saved == self._over
         late = self._end is not None and self._spent + time.process_time() >= self._end
         played = self._matches is not None and self._over >= self._matches

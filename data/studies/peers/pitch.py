@@ -24,7 +24,7 @@ class Pitches(VecEnv):  # type: ignore[misc]  # not in this environment
 
     Args:
         matches: how many are played at once.
-        seeds: of the matches, in the order in which they begin.
+        seeds: seeds of the matches, in the order in which they begin.
         opponent: word of the other team.
         worth: adds the change of V to the reward; None: goals alone.
 

@@ -42,7 +42,7 @@ def differences(choose: Choose, opponent: str, seeds: Sequence[int]) -> pl.DataF
     Args:
         choose: chooses the actions of all robots.
         opponent: word of the other team.
-        seeds: of the pairs; their matches have the seeds of an evaluation's.
+        seeds: seeds of the pairs; their matches have the seeds of an evaluation's.
 
     Returns:
         A row a pair: seed, and difference, the mean of its two matches.
@@ -82,7 +82,7 @@ def played(
         team: name by which results are kept in the data folder, next to the opponent's.
         choose: chooses the actions of its robots.
         opponent: word of the other team.
-        seeds: of the pairs.
+        seeds: seeds of the pairs.
         data: the data folder.
         there: whether only those are wanted that were played before.
     """

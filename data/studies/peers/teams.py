@@ -51,11 +51,11 @@ class Team(NamedTuple):
     """A team after a number of matches.
 
     Attributes:
-        learner: of the table's row.
-        seed: of its training; None of a control.
-        matches: from which it learned.
+        learner: the learner in the table's row.
+        seed: seed of its training; None for a control.
+        matches: number of matches from which it learned.
         player: path of a network, ANY, a word, or a season.
-        version: of a season's policy.
+        version: version of a season's policy.
     """
 
     learner: str

@@ -25,7 +25,7 @@ class Worth:
     """V of matches, for the team that is driven.
 
     Args:
-        discount: of a step.
+        discount: discount of a step.
     """
 
     def __init__(self, discount: float) -> None:
