@@ -11,7 +11,7 @@ from pitchlore.pipeline.engine.run import concluded, suspecting
 from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.paradigms.experiments import Design, Sweep, sweeps
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.plots.paradigms import pictures
+from pitchlore.pipeline.views.plots.paradigms import plots_of_points
 
 
 def make_sweep(data: Path, sweep: Sweep) -> None:
@@ -21,7 +21,7 @@ def make_sweep(data: Path, sweep: Sweep) -> None:
 
 def make_report(data: Path, report: FigureReport) -> None:
     """Judge a figure's claims and draw its plots."""
-    paradigms.make_report(Store(data), report, pictures)
+    paradigms.make_report(Store(data), report, plots_of_points)
 
 
 def play_paradigms(data: Path, design: Design = Design(), on: str | None = None) -> StageReport:

@@ -23,7 +23,7 @@ from pitchlore.schemas import Decisions
 _ORDER = ("match_id", "team", "robot", "t_ns")
 
 
-def decide(
+def all_decisions(
     sequences: Callable[[], Iterable[pl.DataFrame]], sides: TeamsOfSides, patterns: pl.DataFrame,
     choices: pl.DataFrame,
 ) -> pl.DataFrame:
@@ -46,12 +46,12 @@ def decide(
     names = pl.Series("match_id", league.matches, dtype=pl.String)
     seen = [
         found.with_columns(names.gather(found["match_id"])).cast(pl.Schema(Decisions.dtypes()))
-        for found in (observe(chunk, owned) for chunk in league)
+        for found in (observed_decisions(chunk, owned) for chunk in league)
     ]
     return complete(pl.concat([Decisions.empty(), *seen]), choices)
 
 
-def observe(sequence: pl.DataFrame, patterns: pl.DataFrame) -> pl.DataFrame:
+def observed_decisions(sequence: pl.DataFrame, patterns: pl.DataFrame) -> pl.DataFrame:
     """Decisions of robots, read from their situations.
 
     Args:
@@ -65,7 +65,7 @@ def observe(sequence: pl.DataFrame, patterns: pl.DataFrame) -> pl.DataFrame:
         behaviours do not overlap: longer ones have precedence, then earlier ones. Decisions in unknown states
         are left out. A robot's last decision in an episode ends with it, and has its reward.
     """
-    first, last, pattern = resolve(sequence, patterns)
+    first, last, pattern = disjoint_instances(sequence, patterns)
     total = np.append(0.0, np.cumsum(exact(sequence["value"].to_numpy())))
     value = (total[last + 1] - total[first]) / (last + 1 - first)
     following = pl.col("t_ns").shift(-1).over("match_id", "team", "robot", "episode")
@@ -84,7 +84,7 @@ def complete(seen: pl.DataFrame, choices: pl.DataFrame) -> pl.DataFrame:
     """The decisions of matches: logged ones for a team that has any in a match, observed ones for the others.
 
     Args:
-        seen: rows of schema Decisions from :func:`observe`.
+        seen: rows of schema Decisions from :func:`observed_decisions`.
         choices: rows of schema Choices of the same matches.
 
     Returns:
@@ -94,7 +94,7 @@ def complete(seen: pl.DataFrame, choices: pl.DataFrame) -> pl.DataFrame:
     return pl.concat([others, choices]).sort(_ORDER)
 
 
-def digests(decisions: pl.DataFrame) -> dict[str, str]:
+def decision_digests(decisions: pl.DataFrame) -> dict[str, str]:
     """SHA-256 of the rows of each match that has any, for rows of schema Decisions in order."""
     if decisions.is_empty():
         return {}
@@ -125,7 +125,7 @@ def choosing(decisions: pl.DataFrame) -> dict[str, list[str]]:
     return found
 
 
-def resolve(sequence: pl.DataFrame, patterns: pl.DataFrame) -> tuple[I64, I64, I64]:
+def disjoint_instances(sequence: pl.DataFrame, patterns: pl.DataFrame) -> tuple[I64, I64, I64]:
     """Instances of behaviours, none sharing a situation with another.
 
     Longer patterns are matched first, shorter ones in the situations that these leave. Of overlapping

@@ -16,7 +16,7 @@ import polars as pl
 
 from pitchlore.pipeline.arena.match.controllers import Controller, Decided, PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
-from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, slug
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, team_slug
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
@@ -67,7 +67,7 @@ class Evaluation(MatchSettings):
     @property
     def id(self) -> str:
         """Name of the evaluation: both teams, as far as there is room, and a hash of everything."""
-        return f"{slug(self.team.name, self.opponent.name)[:51].rstrip('-')}-{fingerprint(self)[:12]}"
+        return f"{team_slug(self.team.name, self.opponent.name)[:51].rstrip('-')}-{fingerprint(self)[:12]}"
 
     @property
     def of_itself(self) -> bool:
@@ -96,7 +96,7 @@ class Pair(Frozen):
             yield side, Recipe(**whole.of_match(), home=home.settings, away=away.settings, seed=seed)
 
 
-def play(
+def results_of_pair(
     pair: Pair, policies: Mapping[str, PolicyTables], measured: ControllerOf | None = None
 ) -> pl.DataFrame:
     """Results of a pair of matches, which are played without a log.

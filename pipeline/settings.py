@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from pitchlore.pipeline.base.toml import Frozen, fitted, tables
+from pitchlore.pipeline.base.toml import Frozen, fitted, toml_tables
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.schemas.table import KEYS, Key, Side
 
@@ -531,4 +531,4 @@ def parse_settings(data: bytes, where: str) -> RunSettings:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
     keys = "See pipeline/settings.py for all keys and their bounds"
-    return fitted(RunSettings, tables(data, where), where, keys)
+    return fitted(RunSettings, toml_tables(data, where), where, keys)

@@ -107,9 +107,9 @@ def store(tmp_path_factory):
 @pytest.fixture(scope="session")
 def pages(store):
     """The scout's pages of that league."""
-    from pitchlore.pipeline.views.scout.content.write import write
+    from pitchlore.pipeline.views.scout.content.write import write_pages
 
-    return write(store)
+    return write_pages(store)
 
 
 @pytest.fixture(scope="session")

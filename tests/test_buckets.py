@@ -20,7 +20,7 @@ pytest.importorskip("obstore", reason="the extra bucket is not installed")
 from support.bucket_stores import brought, made, plain, work
 
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.engine.catalog import distrust, look, refresh
+from pitchlore.pipeline.engine.catalog import check_files, distrust, refresh
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.store import Store, buckets, mirrors
@@ -105,7 +105,7 @@ def test_damaged_object(server, machine, recordings, local):
     assert problem.startswith(f"{url}/{path}: is lost or damaged in the bucket. ")
     distrust(store)  # as the command does
     store.catch_up()
-    look(store)
+    check_files(store)
     at_once.run(store)
     assert plain(server.objects(url)) == local
     assert verify_all(store).problems == []

@@ -21,14 +21,21 @@ from pitchlore.pipeline.settings import ChanceSettings, EventSettings, Settings,
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values.chances import FEATURES, ShotModels, chances, features_of, from_bytes, to_bytes
-from pitchlore.pipeline.values.shooting import CONTROLS, fit, left_out
+from pitchlore.pipeline.values.chances import (
+    FEATURES,
+    ShotModels,
+    chances,
+    chances_from_bytes,
+    chances_to_bytes,
+    shot_features,
+)
+from pitchlore.pipeline.values.shooting import CONTROLS, fit_shots, left_out
 from pitchlore.pipeline.views.scout.content.answers import kept
 from pitchlore.pipeline.views.scout.content.chances import known_in, rests_on, size, with_chances
 from pitchlore.pipeline.views.scout.content.matches import line
 from pitchlore.pipeline.views.scout.content.sources import played
-from pitchlore.pipeline.views.scout.content.write import write
-from pitchlore.pipeline.views.scout.facts import mean
+from pitchlore.pipeline.views.scout.content.write import write_pages
+from pitchlore.pipeline.views.scout.facts import mean_number
 from pitchlore.schemas import Chances, Shots
 
 VSSS = PITCHES[Kind.VSSS]
@@ -86,9 +93,9 @@ def test_before_the_touch():
     own = in_way(then, shots["team"][5:6], shots["t_ns"][5:6], *(
         shots[name][5:6].cast(pl.Float64).to_numpy() for name in ("x", "y")), log.info.pitch)
     assert own.row(0) == (shot["in_way"], shot["cover"])
-    judged = features_of(shots, log.info.pitch)
+    judged = shot_features(shots, log.info.pitch)
     changed = shots.with_columns(speed=9.0, outcome=pl.lit("goal", dtype=shots.schema["outcome"]), by=None)
-    np.testing.assert_array_equal(features_of(changed, log.info.pitch), judged)
+    np.testing.assert_array_equal(shot_features(changed, log.info.pitch), judged)
 
 
 # ---- models
@@ -123,7 +130,7 @@ def test_cross_fitted():
     flipped = dict(tables)
     other = pl.when(pl.col("outcome") == "goal").then(pl.lit("missed")).otherwise(pl.lit("goal"))
     flipped["m3"] = tables["m3"][0].with_columns(outcome=other.cast(pl.Enum(Shots.dtypes()["outcome"].categories))), VSSS
-    before, after = (judged(each, fit(each, 1.0)[0]) for each in (tables, flipped))
+    before, after = (judged(each, fit_shots(each, 1.0)[0]) for each in (tables, flipped))
     assert after["m3"].equals(before["m3"])
     assert not after["m4"].equals(before["m4"])
 
@@ -131,7 +138,7 @@ def test_cross_fitted():
 def test_true_probabilities():
     """The features that tell goals are learned: as many are expected as come, and better than by the rate."""
     tables = league(20)
-    models, report = fit(tables, 1.0)
+    models, report = fit_shots(tables, 1.0)
     xg = pl.concat(judged(tables, models).values())["xg"].to_numpy()
     scored = np.concatenate([(shots["outcome"] == "goal").to_numpy() for shots, _ in tables.values()])
     spread = np.sqrt((xg * (1 - xg)).sum())
@@ -145,27 +152,27 @@ def test_true_probabilities():
 
 def test_nothing_to_learn():
     """Where nothing tells goals, the model is no better than the rate: the control."""
-    _, report = fit(league(20, told=False), 1.0)
+    _, report = fit_shots(league(20, told=False), 1.0)
     assert report["xg"]["log_loss"] > report["rate"]["log_loss"] - 0.003
 
 
 def test_controls():
     """The plainer models of the report are those that are fitted by themselves."""
     tables = league()
-    features = np.concatenate([features_of(*each) for each in tables.values()])
+    features = np.concatenate([shot_features(*each) for each in tables.values()])
     scored = np.concatenate([(shots["outcome"] == "goal").to_numpy() for shots, _ in tables.values()])
     match = np.repeat(np.arange(len(tables)), 60)
     rate = left_out(features, scored, match, CONTROLS["rate"], 1.0)
     assert rate[:60] == pytest.approx(scored[60:].mean())
     xg = left_out(features, scored, match, range(len(FEATURES)), 1.0)
-    own = pl.concat(judged(tables, fit(tables, 1.0)[0]).values())["xg"].to_numpy()
+    own = pl.concat(judged(tables, fit_shots(tables, 1.0)[0]).values())["xg"].to_numpy()
     np.testing.assert_allclose(xg, own, atol=1e-9)
 
 
 def test_new_match():
     """A match that the models were not fitted to is judged by all of theirs."""
     tables = league()
-    models, _ = fit(tables, 1.0)
+    models, _ = fit_shots(tables, 1.0)
     new = chances("m9", shots_of("m9"), VSSS, models, ChanceSettings())
     everything = sum(int((shots["outcome"] == "goal").sum()) for shots, _ in tables.values())
     assert new.select("goals", "shots").unique().rows() == [(everything, 480)]
@@ -175,7 +182,7 @@ def test_new_match():
 def test_goals_at_least(more):
     """With fewer goals in the other matches there are no expected goals, and it is told how many there are."""
     tables = league(3)
-    models, _ = fit(tables, 1.0)
+    models, _ = fit_shots(tables, 1.0)
     goals = int(models.goals[0])
     found = judged(tables, models, goals_at_least=goals + more)["m0"]
     assert found["xg"].null_count() == 60 * more
@@ -185,7 +192,7 @@ def test_goals_at_least(more):
 def test_one_match():
     """A league of one match has no other match to learn from."""
     tables = league(1)
-    models, report = fit(tables, 1.0)
+    models, report = fit_shots(tables, 1.0)
     assert judged(tables, models)["m0"].select("xg", "goals", "shots").unique().rows() == [(None, 0, 0)]
     assert "xg" not in report
     assert judged(tables, None)["m0"].select("xg", "goals", "shots").unique().rows() == [(None, 0, 0)]
@@ -194,27 +201,27 @@ def test_one_match():
 def test_no_shots():
     """Matches without shots have no chances, and harm no other."""
     empty = {"m0": (Shots.empty(), VSSS)}
-    models, report = fit(empty, 1.0)
+    models, report = fit_shots(empty, 1.0)
     assert report == {"matches": 1, "shots": 0, "goals": 0}
     assert judged(empty, models)["m0"].is_empty()
     with_one = league() | {"m9": (Shots.empty(), VSSS)}
-    assert judged(with_one, fit(with_one, 1.0)[0])["m0"].equals(judged(league(), fit(league(), 1.0)[0])["m0"])
+    assert judged(with_one, fit_shots(with_one, 1.0)[0])["m0"].equals(judged(league(), fit_shots(league(), 1.0)[0])["m0"])
 
 
 def test_all_goals():
     """Where every shot is a goal, there is nothing to tell goals from."""
     tables = {match: (shots.with_columns(outcome=pl.lit("goal", dtype=shots.schema["outcome"])), pitch)
               for match, (shots, pitch) in league(3).items()}
-    assert judged(tables, fit(tables, 1.0)[0])["m0"]["xg"].null_count() == 60
+    assert judged(tables, fit_shots(tables, 1.0)[0])["m0"]["xg"].null_count() == 60
 
 
 def test_unknown_way():
     """Where no adversary is seen, none is in the way; a table of version 1 has neither column."""
     shots = shots_of("m0").with_columns(pl.lit(None, dtype=pl.Int16).alias("in_way"),
                                         pl.lit(None, dtype=pl.Float32).alias("cover"))
-    found = features_of(shots, VSSS)
+    found = shot_features(shots, VSSS)
     np.testing.assert_allclose(found[:, 2:4], [[np.log(3.1), 0.0]] * 60)
-    assert np.isfinite(features_of(shots.with_columns(angle=pl.lit(0.0, dtype=pl.Float32)), VSSS)).all()
+    assert np.isfinite(shot_features(shots.with_columns(angle=pl.lit(0.0, dtype=pl.Float32)), VSSS)).all()
 
 
 def test_other_pitch():
@@ -222,14 +229,14 @@ def test_other_pitch():
     twice = VSSS.model_copy(update={"length": 2 * VSSS.length, "goal_width": 2 * VSSS.goal_width})
     shots = shots_of("m0")
     larger = shots.with_columns(distance=2 * pl.col("distance"), cover=2 * pl.col("cover"))
-    np.testing.assert_allclose(features_of(larger, twice), features_of(shots, VSSS), rtol=1e-6)
+    np.testing.assert_allclose(shot_features(larger, twice), shot_features(shots, VSSS), rtol=1e-6)
 
 
 def test_bytes():
     """Models are kept as they are, and no pickle is read."""
-    models, _ = fit(league(), 1.0)
-    again = from_bytes(to_bytes(models))
-    assert to_bytes(models) == to_bytes(fit(league(), 1.0)[0])
+    models, _ = fit_shots(league(), 1.0)
+    again = chances_from_bytes(chances_to_bytes(models))
+    assert chances_to_bytes(models) == chances_to_bytes(fit_shots(league(), 1.0)[0])
     assert again.matches == models.matches
     for name in ("weights", "goals", "shots"):
         np.testing.assert_array_equal(getattr(again, name), getattr(models, name))
@@ -261,7 +268,7 @@ def test_through_the_stages(store, tmp_path):
     STAGES.make(own, Settings(chances=ChanceSettings(goals_at_least=1)), scope_of(own))
     matches = list(played(own))
     tables = {match.name: (match.shots, match.pitch) for match in matches}
-    models, report = fit(tables, Settings().models.penalty)
+    models, report = fit_shots(tables, Settings().models.penalty)
     receipt = own.receipt("models", "all")
     assert receipt.details["shots"] == {"vsss": json.loads(json.dumps(report))}
     known = 0
@@ -277,7 +284,7 @@ def test_through_the_stages(store, tmp_path):
 
 def test_on_the_pages(store, tmp_path):
     """A match's page has the sum a side and each shot's xG, and says what it rests on; else why there is none."""
-    write(store, tmp_path)
+    write_pages(store, tmp_path)
     told = 0
     for match in played(store):
         page = (tmp_path / "matches" / f"{match.name}.html").read_text()
@@ -307,15 +314,15 @@ def test_page_is_anew(store, tmp_path):
     """A page's key holds its chances, and how many goals they need, though no table says so."""
     shutil.copytree(store.root, tmp_path / "data")
     own = Store(tmp_path / "data")
-    write(own)
+    write_pages(own)
     match = next(match for match in played(own) if match.chances["xg"].null_count())
     table = match.chances
     work = STAGES["chances"].work(match.name, ChanceSettings(goals_at_least=20), {})
     own.commit(work, Made([(table, Chances)], details={"goals_at_least": 20}))
-    assert write(own).new == 1
+    assert write_pages(own).new == 1
     assert "At least 20 goals" in (own.root / "scout" / "matches" / f"{match.name}.html").read_text()
     own.commit(work, Made([(table.with_columns(goals=pl.lit(7, dtype=pl.Int32)), Chances)], details={"goals_at_least": 20}))
-    write(own)
+    write_pages(own)
     assert "became 7 goals" in (own.root / "scout" / "matches" / f"{match.name}.html").read_text()
 
 
@@ -329,7 +336,7 @@ def test_shots_have_theirs(store):
 
 def test_words(store):
     """The number of matches is said; nothing is said of a match without shots."""
-    assert known_in(3, (mean([1.0, 2.0]), mean([1.0, 2.0]))).startswith("Expected goals are known in 2 of 3 matches.")
+    assert known_in(3, (mean_number([1.0, 2.0]), mean_number([1.0, 2.0]))).startswith("Expected goals are known in 2 of 3 matches.")
     assert known_in(1, (None, None)).startswith("Expected goals are known in 0 of 1 match.")
     assert rests_on(next(played(store)), Chances.empty()) == ""
     assert size(None) == 0.0

@@ -21,7 +21,7 @@ from pitchlore.flows.commands.printing import print_frame
 from pitchlore.flows.commands.run import _print_rounds
 from pitchlore.flows.commands.run import run as run_command
 from pitchlore.flows.commands.situations import situations as situations_command
-from pitchlore.pipeline.arena.match.recipe import slug
+from pitchlore.pipeline.arena.match.recipe import team_slug
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.store import Store
@@ -185,7 +185,7 @@ def test_panel(call, tmp_path):
     assert [each["opponent"] for each in said["panel"]] == list(PANEL)
     assert {(each["matches"], each["seed"], each["played_now"]) for each in said["panel"]} == {(2, 5, 2)}
     assert {path.name for path in (tmp_path / "export").iterdir()} == {
-        slug("constant:044", word, "minutes-0.02") + end for word in PANEL for end in (".json", ".matches.csv")}
+        team_slug("constant:044", word, "minutes-0.02") + end for word in PANEL for end in (".json", ".matches.csv")}
     code, out, _ = call(*words)
     rows = [row for row in out.splitlines() if row.startswith("│")]
     assert (code, [row.split()[1] for row in rows]) == (0, list(PANEL))

@@ -17,7 +17,7 @@ from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.events.control import control
+from pitchlore.pipeline.events.control import ball_control
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.trajectories.derive import trajectories
@@ -122,7 +122,7 @@ def test_holder_is_possession():
     read = log.read(logged(Recipe(home=TeamSettings(kind="static"), away=TeamSettings(kind="pressing"), seed=4,
                                   referee=RefereeSettings(duration_s=60.0))), where="here")
     bodies, _ = trajectories(read, TrajectorySettings())
-    found = control(bodies, read.info.pitch)
+    found = ball_control(bodies, read.info.pitch)
     rows = {t: i for i, t in enumerate(read.frames.t_ns.tolist())}
     robots = read.frames.robots.reshape(len(read.frames), -1)
     team_of = np.where(robots["team"][0] == 0, OWN, OTHER)

@@ -39,7 +39,7 @@ from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 pytestmark = [pytest.mark.slow]
@@ -166,7 +166,7 @@ def brought(folder: Path, on: str, work: Callable[[Path, str], None]) -> dict[st
 def everything(data: Path, on: str) -> None:
     """A run, two seasons of one game and of two, an evaluation and two matches."""
     assert run(data, on=on).failures == {}
-    seasons = [Season(name="short", opponent="static", seed=games, settings=parse(SEASON.format(games=games), where="short.toml"))
+    seasons = [Season(name="short", opponent="static", seed=games, settings=parse_season(SEASON.format(games=games), where="short.toml"))
                for games in (1, 2)]
     assert play_seasons(data, seasons, on=on).failed == {}
     played(data, on)

@@ -23,7 +23,13 @@ from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
 from pitchlore.pipeline.views.commentary.moments import of_the_referee
 from pitchlore.pipeline.views.commentary.spells import spells
 from pitchlore.pipeline.views.commentary.summary import heading
-from pitchlore.pipeline.views.commentary.words import clock, listed, metres, restart, story
+from pitchlore.pipeline.views.commentary.words import (
+    enumerated,
+    metres,
+    restart_sentence,
+    story,
+    time_elapsed,
+)
 from pitchlore.schemas import Goals, Matches, Situations
 
 VSSS = PITCHES[Kind.VSSS]
@@ -242,17 +248,17 @@ def test_empty_match():
 @pytest.mark.parametrize(("t_ns", "said"), [(0, "0:00"), (59_999_999_999, "0:59"), (600 * S, "10:00")])
 def test_clock(t_ns, said):
     """The clock shows the seconds that are over."""
-    assert clock(t_ns) == said
+    assert time_elapsed(t_ns) == said
 
 
 def test_words():
     """Lengths, lists, restarts and what led to a goal are put into words."""
     assert [metres(x) for x in (0.345, 3.45, 34.5)] == ["0.34 m", "3.5 m", "34 m"]
-    assert [listed(x) for x in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
-    assert restart("freeball", None) == restart("free ball", None) == "The ball is stuck: free ball."
-    assert restart("kick_in_l", "home") == "Kick in for home."
-    assert restart("DirectAlly", None) == "Play restarts (DirectAlly)."
-    assert restart(None, "away") == "Play restarts for away."
+    assert [enumerated(x) for x in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
+    assert restart_sentence("freeball", None) == restart_sentence("free ball", None) == "The ball is stuck: free ball."
+    assert restart_sentence("kick_in_l", "home") == "Kick in for home."
+    assert restart_sentence("DirectAlly", None) == "Play restarts (DirectAlly)."
+    assert restart_sentence(None, "away") == "Play restarts for away."
     assert story([("a", 44), ("a", 21), ("b", 45), ("a", 21)]) == (
         "a reaches the ball, kicks it; b receives it; a kicks it")
     assert story([("a", 44), ("b", 45)], named="a") == "reaches the ball; b receives it"

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
 from pitchlore.pipeline.behaviours.grams import cover
-from pitchlore.pipeline.decisions import complete, observe, resolve
+from pitchlore.pipeline.decisions import complete, disjoint_instances, observed_decisions
 from pitchlore.pipeline.game.episodes import episodes
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.sequences.derive import choices, sequences
@@ -50,7 +50,7 @@ def tracks(until=10.0, **segments):
 def seen(table, trajectories, events, known=KNOWN):
     worths = table.select("match_id", "team", "robot", "start_ns", change=pl.lit(0.0), x=pl.lit(0.0), y=pl.lit(0.0))
     sequence = Sequences.validate(sequences(table, goals_of(events), worths, trajectories, events, VSSS, GRAMS), cast=True)
-    return Decisions.validate(observe(sequence, known))
+    return Decisions.validate(observed_decisions(sequence, known))
 
 
 def test_goal_reward():
@@ -179,7 +179,7 @@ class TestResolve:
         """Long instances are taken before short ones, and early ones before late ones."""
         known = patterns(("m", [1, 11, 21, 46]), ("m", [1, 11, 1]), ("m", [1]))
         table = situations(consecutive([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
-        first, last, pattern = resolve(followed(table, 0.2), known)
+        first, last, pattern = disjoint_instances(followed(table, 0.2), known)
         spans = list(zip(first.tolist(), last.tolist(), strict=True))
         # 0-1 is left over as [1, 11]: 0 alone; of the two [1, 11, 1] at 6 and 8 the earlier is taken
         assert spans == [(0, 0), (2, 5), (6, 8)]
@@ -194,7 +194,7 @@ class TestResolve:
         """Instances never share a situation and lie in what the rounds cover."""
         table = situations(consecutive(codes))
         shapes = patterns(*(("m", gram) for gram in known))
-        found = resolve(followed(table, 0.2), shapes)
+        found = disjoint_instances(followed(table, 0.2), shapes)
         used = np.zeros(table.height, dtype=int)
         for first, last, pattern in zip(*found, strict=True):
             used[first : last + 1] += 1

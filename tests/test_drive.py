@@ -52,7 +52,7 @@ from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.live.remote import RemoteController, asked
 from pitchlore.pipeline.live.screening import laid_out
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.sessions.driving import DriveOutcome, drive
+from pitchlore.pipeline.sessions.driving import DriveOutcome, drive_team
 from pitchlore.pipeline.sessions.simulating import STREAMS, simulate
 from pitchlore.pipeline.store import Store
 
@@ -284,7 +284,7 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
     streams = addressed(streams_of("vsss", "blue"), None, (
         "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{simulator.port}"))
     with simulator.running():
-        done = drive(Store(data), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=seconds, **job), listening=listening)  # type: ignore[arg-type]
+        done = drive_team(Store(data), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=seconds, **job), listening=listening)  # type: ignore[arg-type]
     return done, simulator
 
 
@@ -328,8 +328,8 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     streams = addressed(streams_of("vsss", "blue"), None, (
         "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{simulator.port}"))
     with simulator.running(), pytest.raises(RuntimeError, match="broken"):
-        drive(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=20.0),
-              listening=lambda addresses: where.update(vision=int(addresses["vision"].rpartition(":")[2])))
+        drive_team(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=20.0),
+                   listening=lambda addresses: where.update(vision=int(addresses["vision"].rpartition(":")[2])))
     assert simulator.still()[-5:] == [True] * 5
 
 
@@ -545,5 +545,5 @@ def test_no_vision(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_team_that_nobody_can_drive(tmp_path: Path) -> None:
     with pytest.raises(BadSettings):
-        drive(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=(
+        drive_team(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=(
             *addressed(streams_of("vsss", "blue"), "203.0.113.7", ()),), seconds=0.2))

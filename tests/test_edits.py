@@ -20,7 +20,7 @@ from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
 from pitchlore.pipeline.store import Store
 
@@ -118,20 +118,20 @@ def test_a_comment_changes_nothing(brought, tmp_path):
 def test_season_after_edit(tmp_path, monkeypatch):
     """A season goes on after an edit of the code."""
     said = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 5'
-    own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
-    loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
+    own = Season(name="short", opponent="static", seed=1, settings=parse_season(said, where="here"))
+    loop.learn_from_game(tmp_path, own, 1, loop.play_game(tmp_path, own, 1), discard=False)
     for module in ("outputs", "versions"):
         monkeypatch.setattr(f"pitchlore.pipeline.store.{module}.software", lambda: "pitchlore 9.9+00000000")
     assert loop.done(Store(tmp_path), own).details["games"] == 1
-    loop.learn(tmp_path, own, 2, loop.play(tmp_path, own, 2), discard=False)
+    loop.learn_from_game(tmp_path, own, 2, loop.play_game(tmp_path, own, 2), discard=False)
     assert loop.done(Store(tmp_path), own).details["games"] == 2
 
 
 def test_season_other_version(tmp_path, monkeypatch):
     """A season does not go on under another version of a stage."""
     said = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 5'
-    own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
-    loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
+    own = Season(name="short", opponent="static", seed=1, settings=parse_season(said, where="here"))
+    loop.learn_from_game(tmp_path, own, 1, loop.play_game(tmp_path, own, 1), discard=False)
     monkeypatch.setattr(loop, "STAGES", raised("situations"))
     with pytest.raises(Exception, match="was begun with other settings or by another version"):
         loop.done(Store(tmp_path), own)

@@ -10,13 +10,13 @@ from scipy import stats
 from support.deeds import die_of_a_pair
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
-from pitchlore.pipeline.arena.match.recipe import TeamSettings, slug
+from pitchlore.pipeline.arena.match.recipe import TeamSettings, team_slug
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, WorkerLost
 from pitchlore.pipeline.engine import evaluations as flow
 from pitchlore.pipeline.engine.placement.processes import Processes
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, play, summarise
+from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, results_of_pair, summarise
 from pitchlore.pipeline.numbers.statistics import wilson
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Evaluations, Policies
@@ -63,7 +63,7 @@ def test_summary_by_hand():
 def test_static_beats_random():
     """In the arena the static team beats the random one."""
     whole = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=60.0))
-    found = summarise(pl.concat(play(Pair(evaluation=whole, seed=seed), {}) for seed in range(10)))
+    found = summarise(pl.concat(results_of_pair(Pair(evaluation=whole, seed=seed), {}) for seed in range(10)))
     assert found.matches == 20
     assert found.wins >= 19
     assert found.goal_difference.low > 1
@@ -81,7 +81,7 @@ def test_time_of_constant_team(tmp_path):
     policies = {}
     team = entrant(Store(tmp_path), "constant:184", policies)
     whole = Evaluation(team=team, opponent=entrant(Store(tmp_path), "static", {}), referee=RefereeSettings(duration_s=60.0))
-    found = summarise(play(Pair(evaluation=whole, seed=1), policies))
+    found = summarise(results_of_pair(Pair(evaluation=whole, seed=1), policies))
     assert found.goal_difference.value < 0
     assert (found.learned_time.value, found.learned_share.value) == (1.0, 1.0)
 
@@ -144,7 +144,7 @@ def test_seeds_of_pairs():
 def test_longest_names():
     """The longest names of teams still name an evaluation."""
     long = scripted("static").model_copy(update={"name": "a-very-long-name-of-settings-that-somebody-wrote-human-like-12"})
-    rows = play(Pair(evaluation=short().model_copy(update={"team": long, "opponent": long}), seed=0), {})
+    rows = results_of_pair(Pair(evaluation=short().model_copy(update={"team": long, "opponent": long}), seed=0), {})
     assert rows["evaluation"].str.len_chars().max() == 64
 
 
@@ -152,10 +152,10 @@ def test_names_for_files(tmp_path):
     """A constant team names its evaluation in characters that every file system takes."""
     policies = {}
     team = entrant(Store(tmp_path), "constant:44/21/184", policies)
-    rows = play(Pair(evaluation=short().model_copy(update={"team": team}), seed=0), policies)
+    rows = results_of_pair(Pair(evaluation=short().model_copy(update={"team": team}), seed=0), policies)
     assert rows["team"].unique().to_list() == ["constant:044/021/184"]
     assert rows["evaluation"].str.starts_with("constant-044-021-184-random-").all()
-    assert slug("constant:044/021/184", "static") == "constant-044-021-184-static"
+    assert team_slug("constant:044/021/184", "static") == "constant-044-021-184-static"
 
 
 def test_names_of_settings():
@@ -180,7 +180,7 @@ def test_processes(tmp_path):
 def test_more_matches(tmp_path, monkeypatch):
     """If more matches are asked for, only those that are not there are played."""
     store, seen = Store(tmp_path), []
-    monkeypatch.setattr(flow, "play", lambda pair, policies: seen.append(pair.seed) or play(pair, policies))
+    monkeypatch.setattr(flow, "play", lambda pair, policies: seen.append(pair.seed) or results_of_pair(pair, policies))
     first, _ = flow.evaluate(store, short(), range(1), {})
     more, made = flow.evaluate(store, short(), range(2), {})
     assert (seen, made) == ([0, 1], 1)
@@ -194,7 +194,7 @@ def test_learned_team():
     """A learned team's decisions are counted."""
     team = Entrant(name="v1", settings=TeamSettings(kind="learned", policy="v1 abc"), policy_version=1, knowledge_version=1)
     pair = Pair(evaluation=Evaluation(team=team, opponent=scripted("static"), referee=SHORT), seed=0)
-    rows = play(pair, {"v1 abc": PolicyTables(Policies.empty())})
+    rows = results_of_pair(pair, {"v1 abc": PolicyTables(Policies.empty())})
     assert (rows["actions"] > 0).all()
     assert (rows["other_actions"] == 0).all()  # it knows nothing, and moves randomly
     assert rows["side"].to_list() == ["home", "away"]

@@ -98,11 +98,11 @@ def test_restarts_come_back() -> None:
 
 def test_columns_of_a_table() -> None:
     """Missing values are empty, heights are there if one is known, states name events once."""
-    table = tables.table(content())
+    table = tables.tracking_table(content())
     assert table.columns[:6] == ["frame", "t", "team", "player", "x", "y"]
     assert table["z"].drop_nulls().to_list() == [0.25]
     unknown = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
-    assert "z" not in tables.table(Content(handmade(log=replace(content().log, heights=unknown)))).columns
+    assert "z" not in tables.tracking_table(Content(handmade(log=replace(content().log, heights=unknown)))).columns
     first = table.unique("frame", keep="first", maintain_order=True)["game_state"]
     told = content().log.referee.filter(pl.col("t_ns") <= int(SECONDS * 1e9))
     words = Counter(word for state in first for word in state.split("+") if word not in ("play", "stop"))
@@ -112,7 +112,7 @@ def test_columns_of_a_table() -> None:
 
 
 def _written(folder: Path) -> tuple[Path, Path]:
-    meta, raw = second_spectrum.files(content())
+    meta, raw = second_spectrum.second_spectrum_files(content())
     (folder / "meta.json").write_bytes(meta)
     (folder / "tracking.jsonl").write_bytes(raw)
     return folder / "meta.json", folder / "tracking.jsonl"
@@ -150,10 +150,10 @@ def test_kloppy_and_back(tmp_path: Path) -> None:
     """A match that went to kloppy and back is the same: places, numbers, sides."""
     from kloppy import secondspectrum
 
-    from pitchlore.pipeline.importers.football.dataset import match_of
+    from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 
     match, (meta, raw) = content().log, _written(tmp_path)
-    again = match_of(secondspectrum.load(meta.read_bytes(), raw.read_bytes()))
+    again = match_of_dataset(secondspectrum.load(meta.read_bytes(), raw.read_bytes()))
     same_places(again, match, atol=2e-5)
     assert [period.home_attacks for period in again.info.periods] == [p.home_attacks for p in match.info.periods]
 
@@ -180,7 +180,7 @@ def test_floodlight_loads_it(tmp_path: Path) -> None:
 def test_nobody_had_the_ball() -> None:
     """A form that has to say who had the ball is refused in one line where nobody ever had."""
     with pytest.raises(BadRecording, match="nobody ever had the ball"):
-        second_spectrum.files(Content(handmade(log=content().log)))
+        second_spectrum.second_spectrum_files(Content(handmade(log=content().log)))
 
 
 def test_foxglove() -> None:

@@ -14,7 +14,7 @@ from polars.testing import assert_frame_equal
 
 from pitchlore.pipeline import matches as log_format
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
-from pitchlore.pipeline.decisions import digests
+from pitchlore.pipeline.decisions import decision_digests
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stage import Scope
@@ -256,7 +256,7 @@ class TestDecisions:
         assert others["team"].unique().to_list() == ["away"]
         assert store.receipt("decisions", PLAYED).details == {
             "decisions": found.height, "chosen": own.height,
-            "matches": {PLAYED: {"sha256": digests(found)[PLAYED], "choosing": ["home"]}}}
+            "matches": {PLAYED: {"sha256": decision_digests(found)[PLAYED], "choosing": ["home"]}}}
 
     def test_other_team(self, store):
         """The other team's decisions are what they are without a log."""

@@ -39,7 +39,7 @@ from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.settings import ImportSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.views.commentary.summary import heading, numbers
+from pitchlore.pipeline.views.commentary.summary import heading, summary_lines
 from pitchlore.pipeline.views.replay.animation import animation
 
 #: Names of files that have harmed programs: terminals, shells, logs.
@@ -308,7 +308,7 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
     with redirect_stdout(out):
         print_frame(ask(catalogue, "select home, away, source from matches"), title=receipt.details["home"])
         print_frame(ask(catalogue, "from sides"))
-    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), *numbers(told.summary),
+    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), *summary_lines(told.summary),
              *out.getvalue().splitlines(), *ask(catalogue, "from matches").write_csv().splitlines()]
     film = animation(match, start_s=0.0, seconds=0.5)
     return path.read_text(encoding="utf-8"), lines, film

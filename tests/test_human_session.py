@@ -14,7 +14,7 @@ from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.games import done, store_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.matches.frame import AWAY
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.sessions import human, person
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.slow
 
 SECONDS = 4
 SHORT = f'base = "paper"\ngames = 2\n[referee]\nduration_s = {SECONDS}\n'
-OWN = Season(name="short", opponent="person", seed=3, settings=parse(SHORT, where="short.toml"))
+OWN = Season(name="short", opponent="person", seed=3, settings=parse_season(SHORT, where="short.toml"))
 
 LEAVE, BEGIN = [pygame.event.Event(pygame.QUIT)], [key(pygame.K_p)]
 
@@ -219,4 +219,4 @@ def test_opposing(tmp_path):
     assert OWN.recipes(1, None)[0].away == OWN.opposing
     assert OWN.model_copy(update={"opponent": "static"}).opposing == TeamSettings(kind="static")
     with pytest.raises(BadSettings, match="a person plays at the window"):
-        loop.play(tmp_path, OWN, 1)
+        loop.play_game(tmp_path, OWN, 1)

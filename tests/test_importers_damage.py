@@ -17,7 +17,7 @@ from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
 
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
 from pitchlore.pipeline.behaviours.grams import grams, spelt
-from pitchlore.pipeline.decisions import observe
+from pitchlore.pipeline.decisions import observed_decisions
 from pitchlore.pipeline.goals import attribute
 from pitchlore.pipeline.importers.tracking.mapping import load_map
 from pitchlore.pipeline.sequences.derive import sequences, value
@@ -221,7 +221,7 @@ def test_match_of_one_team() -> None:
     known = spelt(grams(found, 1), 1).sort("count", descending=True).head(3).with_row_index("i").with_columns(
         behaviour_id=pl.format("b-{}", "i")
     )
-    seen = observe(found, known)
+    seen = observed_decisions(found, known)
     # a state has both teams: without the adversary none is known
     assert Decisions.validate(seen).is_empty()
 

@@ -18,9 +18,9 @@ from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording, NotFound
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.importers.football.dataset import match_of
+from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 from pitchlore.pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
-from pitchlore.pipeline.importers.football.squad import UNNUMBERED, Stay, numbers
+from pitchlore.pipeline.importers.football.squad import UNNUMBERED, Stay, shirt_numbers
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.matches.frame import Heights
 from pitchlore.pipeline.store import Store
@@ -67,7 +67,7 @@ def test_coordinates(system: str) -> None:
     from kloppy import skillcorner
 
     meta, raw = ((FILES / name).read_bytes() for name in RECORDINGS["skillcorner"])
-    match = match_of(skillcorner.load(meta, raw, coordinates=system))
+    match = match_of_dataset(skillcorner.load(meta, raw, coordinates=system))
     told = shipped("skillcorner")
     for field in ("x", "y"):
         assert np.allclose(match.frames.robots[field], told.frames.robots[field], atol=2e-3)
@@ -95,7 +95,7 @@ def test_nameless_tracks_share_places() -> None:
     shirts, tracks = [7, 9, 9, 123], [(0, 10), (5, 20), (12, 30), (20.5, 40)]
     stays = [Stay(shirt, 0, 90 * S) for shirt in shirts]
     stays += [Stay(None, int(first * S), int(last * S)) for first, last in tracks]
-    found = numbers(stays).tolist()
+    found = shirt_numbers(stays).tolist()
     assert found[0] == 7
     # two players wear 9, and no shirt has 123: these are tracks, too, which are there all the time
     assert found[1:4] == [UNNUMBERED, UNNUMBERED + 1, UNNUMBERED + 2]
@@ -160,7 +160,7 @@ def test_dataset_without_files() -> None:
     """A dataset from anywhere becomes a match, whose id is of its positions."""
     source = source_of("skillcorner", RECORDINGS["skillcorner"])
     dataset = dataset_of(source)
-    match, again = match_of(dataset), match_of(dataset)
+    match, again = match_of_dataset(dataset), match_of_dataset(dataset)
     assert match.info.match_id == again.info.match_id
     assert match.info.match_id.startswith("1-")
     assert match.frames.robots.tobytes() == shipped("skillcorner").frames.robots.tobytes()

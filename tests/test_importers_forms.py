@@ -15,7 +15,7 @@ from pitchlore.pipeline.base.errors import BadRecording, BadSettings
 from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking import csv_file
 from pitchlore.pipeline.importers.tracking.mapping import load_map
-from pitchlore.pipeline.importers.tracking.texts import fields
+from pitchlore.pipeline.importers.tracking.texts import fields_of_line
 from pitchlore.pipeline.importers.tracking.words import WORDS, WORDS_OF, meant
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import ImportSettings
@@ -91,7 +91,7 @@ def test_quoted_head_is_cheap() -> None:
     """A line of quotes and nothing else takes no time to tell."""
     begun = time.perf_counter()
     assert not csv_file.detects(b'"' * (1 << 16) + b"\n" + b'a"' * (1 << 15))
-    assert fields('"' * (1 << 20) + ",b", ",") != []
+    assert fields_of_line('"' * (1 << 20) + ",b", ",") != []
     assert time.perf_counter() - begun < 2
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pitchlore.pipeline.policies.influence import Influence, opinion
+from pitchlore.pipeline.policies.influence import Influence, opinion_on
 from pitchlore.pipeline.policies.sarsa import (
     CONTINUES,
     TERMINAL,
@@ -34,9 +34,9 @@ def learn(q, data, influence, **rule):
 
 def test_praise_and_protest():
     """Praise fades and protest grows with repetition."""
-    assert opinion(0.5, 0.25) == 0.375
-    assert opinion(-0.5, 0.25) == -0.125
-    assert opinion(0.0, 0.25) == 0.0
+    assert opinion_on(0.5, 0.25) == 0.375
+    assert opinion_on(-0.5, 0.25) == -0.125
+    assert opinion_on(0.0, 0.25) == 0.0
 
 
 def test_three_decisions():

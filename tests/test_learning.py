@@ -11,7 +11,7 @@ from pitchlore.pipeline.paradigms.rules.iq import IQ
 from pitchlore.pipeline.paradigms.rules.ivq import IVQ
 from pitchlore.pipeline.paradigms.rules.jaq import JAQ
 from pitchlore.pipeline.paradigms.rules.memory import Memory, memory_of
-from pitchlore.pipeline.paradigms.rules.rules import number_of
+from pitchlore.pipeline.paradigms.rules.rules import rule_number
 
 PAPER = [IQ, JAQ, IVQ]
 
@@ -25,7 +25,7 @@ def values(settings, memory, agent, seen=None, actions=2):
     agents = memory.q.shape[0]
     out = np.empty(actions)
     rules.values(
-        number_of(settings), memory, settings.params(agents), agent,
+        rule_number(settings), memory, settings.params(agents), agent,
         ints(*(seen or [0] * agents)), out)
     return out.tolist()
 

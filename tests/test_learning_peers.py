@@ -14,15 +14,15 @@ from pitchlore.pipeline.paradigms.rules.hysteretic import Hysteretic
 from pitchlore.pipeline.paradigms.rules.iq import IQ
 from pitchlore.pipeline.paradigms.rules.lenient import TEMPERATURE, Lenient
 from pitchlore.pipeline.paradigms.rules.memory import AUX, Memory, Transition, memory_of
-from pitchlore.pipeline.paradigms.rules.rules import RULES, number_of
-from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, select
+from pitchlore.pipeline.paradigms.rules.rules import RULES, rule_number
+from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, selection_weights
 from pitchlore.pipeline.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
 NAMES = ["iq", "hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
 LEARNERS = [IQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC]
 #: The compiled functions of each.
-iq, hysteretic, fmq, lenient, distributed, wolf_phc = (RULES[number_of(learner())] for learner in LEARNERS)
-PEERS = [(RULES[number_of(learner())], learner) for learner in LEARNERS[1:]]
+iq, hysteretic, fmq, lenient, distributed, wolf_phc = (RULES[rule_number(learner())] for learner in LEARNERS)
+PEERS = [(RULES[rule_number(learner())], learner) for learner in LEARNERS[1:]]
 every_peer = pytest.mark.parametrize(("rule", "learner"), PEERS, ids=NAMES[1:])
 
 AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
@@ -75,7 +75,7 @@ def values(rule, learner, memory, agent, observation=0):
 
 def chances(selection, out, temperature):
     weights = np.empty_like(out)
-    select(selection, out, temperature, weights)
+    selection_weights(selection, out, temperature, weights)
     return weights / weights.sum()
 
 

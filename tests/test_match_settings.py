@@ -11,13 +11,13 @@ from pitchlore.flows.cli import main
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, match_settings
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.base.toml import tables
+from pitchlore.pipeline.base.toml import toml_tables
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
 
 
 def settings(text):
-    return match_settings(tables(text, "here"), "here")
+    return match_settings(toml_tables(text, "here"), "here")
 
 
 @pytest.fixture

@@ -259,7 +259,7 @@ def test_no_sound_metadata():
 )
 def test_bad_metadata_field(change, says):
     """Metadata that cannot be used are refused with the name of the field."""
-    texts = description.describe(INFO, Quality.empty())
+    texts = description.description_of(INFO, Quality.empty())
     texts["info"] = json.dumps(json.loads(texts["info"]) | change)
     with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}") as error:
         description.parse(texts, where="a.mcap")
@@ -269,7 +269,7 @@ def test_bad_metadata_field(change, says):
 @pytest.mark.parametrize("quality", ["[{}", "3", '[{"flaw": "of tomorrow"}]'])
 def test_flaws_of_other_version(quality):
     """Flaws of another version are refused."""
-    texts = description.describe(INFO, Quality.empty()) | {"quality": quality}
+    texts = description.description_of(INFO, Quality.empty()) | {"quality": quality}
     with pytest.raises(DamagedLog, match=r"^a\.mcap: its metadata's list of flaws .* Read it with the version"):
         description.parse(texts, where="a.mcap")
 

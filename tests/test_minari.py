@@ -148,7 +148,7 @@ def test_nothing_half_written(league, tmp_path, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
     origin = datasets.DecisionSource({}, None, "pitchlore", {})  # no match has a seed, not even None
     with pytest.raises(KeyError):
-        datasets.write(ID, table(league), origin)
+        datasets.write_dataset(ID, table(league), origin)
     assert not (tmp_path / "minari" / ID).exists()
 
 

@@ -269,7 +269,7 @@ class TestChoose:
             store.commit(Work("matches", match, {}, version=1), Made(details={"pitch": {"kind": kind}}))
         own = ModelSettings(**settings)
         scope = Scope(matches=tuple(sorted(matches)))
-        chosen = flow.choose(store, Output("all"), scope, own)
+        chosen = flow.matches_to_fit(store, Output("all"), scope, own)
         if commit:
             leagues = {"ssl": [m for m in chosen if m in ssl], "vsss": [m for m in chosen if m not in ssl]}
             store.commit(STAGES["models"].work("all", own, {}), Made(details={"matches": leagues}))

@@ -14,7 +14,7 @@ from test_rounds import league_of, leagues
 from pitchlore.pipeline.behaviours.neurons import distances, neurons
 from pitchlore.pipeline.behaviours.rounds import learn
 from pitchlore.pipeline.behaviours.select import select
-from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, train
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, train_map
 from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.sides.teams import Team
 from pitchlore.schemas import Neurons
@@ -70,7 +70,7 @@ def test_as_selected():
 def test_errors_are_the_maps():
     """The errors are those of training."""
     codes, counts = np.array([[1], [11], [44], [46], [184]], dtype=np.int16), np.array([5, 2, 9, 1, 30])
-    som = train(codes, counts, 2, 2, epochs=3, seed=0, sigma_end=0.5)
+    som = train_map(codes, counts, 2, 2, epochs=3, seed=0, sigma_end=0.5)
     grams = pl.DataFrame({"count": counts, "value_sum": np.zeros(5)})
     found = neurons(som, np.zeros(5, dtype=np.int64), grams, np.ones(4, dtype=bool))
     assert found["quantisation_error"].unique().to_list() == [som.quantisation_error]

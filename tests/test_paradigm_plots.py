@@ -8,7 +8,7 @@ from matplotlib.colors import to_hex
 from support.points import curve, over_decays, point, table
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.views.plots.paradigms import curves, sensitivity
+from pitchlore.pipeline.views.plots.paradigms import plot_curves, plot_sensitivity
 from pitchlore.pipeline.views.plots.style import png
 from pitchlore.schemas.paradigms import Paradigms
 
@@ -47,7 +47,7 @@ def look(handle):
 @pytest.mark.parametrize("figure", [4, 5, 6, 7])
 def test_axes(figure):
     """Axes have titles and room for all probabilities, and the lowest have a legend."""
-    drawn = curves(everything(), figure, paper=PAPER)
+    drawn = plot_curves(everything(), figure, paper=PAPER)
     rows = {4: 3, 5: 1, 6: 2, 7: 2}[figure]
     assert len(drawn.axes) == 2 * rows
     assert all(axes.get_xlabel() for axes in drawn.axes[-2:])
@@ -63,7 +63,7 @@ def test_axes(figure):
 def test_points_and_intervals():
     """Points and intervals are the table's."""
     points = table(over_decays("IVQ", DECAYS), over_decays("IVQ", DECAYS, reading="b"))
-    (axes,) = curves(points, 5).axes
+    (axes,) = plot_curves(points, 5).axes
     rows = points.filter(pl.col("reading") == "b").sort("decay")
     drawn = axes.lines[1]
     assert drawn.get_ydata().tolist() == rows["p_optimal"].to_list()
@@ -75,14 +75,14 @@ def test_points_and_intervals():
 def test_number_of_runs():
     """The points of the most runs are drawn."""
     points = table(over_decays("IQ", {0.99: 0.2}, runs=2000), over_decays("IQ", {0.99: 0.3}, runs=100))
-    assert curves(points, 5).axes[0].lines[0].get_ydata().tolist() == [0.2]
+    assert plot_curves(points, 5).axes[0].lines[0].get_ydata().tolist() == [0.2]
 
 
 def test_looks():
     """Every learner and reading has a look of its own, the same in all figures."""
     looks = {}
     for figure in (4, 5, 6, 7):
-        for label, handle in lines(curves(everything(), figure)).items():
+        for label, handle in lines(plot_curves(everything(), figure)).items():
             assert looks.setdefault(label, look(handle)) == look(handle)
     assert len(looks) == len(set(looks.values())) == 9
     by_learner = {label.split(",")[0]: marker for label, (_, marker, _, _) in looks.items()}
@@ -93,7 +93,7 @@ def test_printed_reading():
     """The printed reading is solid, other readings are broken and hollow, and peers broken and thin."""
     points = table(over_decays("IVQ", DECAYS), over_decays("IVQ", DECAYS, reading="a"), over_decays("FMQ", DECAYS))
     marks = [(handle.get_linestyle(), handle.get_markerfacecolor(), handle.get_linewidth())
-             for handle in lines(curves(points, 5)).values()]
+             for handle in lines(plot_curves(points, 5)).values()]
     assert [line for line, _, _ in marks] == ["-", "--", "--"]
     assert [face == "white" for _, face, _ in marks] == [False, True, False]
     assert marks[2][2] < marks[0][2]
@@ -102,17 +102,17 @@ def test_printed_reading():
 def test_unknown_learners():
     """Learners unknown to us have looks of their own."""
     points = table(over_decays("my rule", DECAYS), over_decays("another", DECAYS, reading="b"), over_decays("FMQ", DECAYS))
-    looks = [look(handle)[:2] for handle in lines(curves(points, 5)).values()]
+    looks = [look(handle)[:2] for handle in lines(plot_curves(points, 5)).values()]
     assert len(set(looks)) == 3
 
 
 def test_papers_point():
     """The paper's point is drawn with its interval, in its own figure only."""
     points = table(over_decays("IVQ", DECAYS))
-    assert not any("paper's IVQ" in label for label in lines(curves(points, 5)))
-    drawn = curves(points, 5, paper=PAPER)
+    assert not any("paper's IVQ" in label for label in lines(plot_curves(points, 5)))
+    drawn = plot_curves(points, 5, paper=PAPER)
     assert "the paper's IVQ: 0.7 at 0.9997 (100 runs: 0.60 to 0.78)" in lines(drawn)
-    assert not any("paper's IVQ" in label for label in lines(curves(everything(), 4, paper=PAPER)))
+    assert not any("paper's IVQ" in label for label in lines(plot_curves(everything(), 4, paper=PAPER)))
     (bar,) = drawn.axes[0].containers[0].lines[2]
     assert bar.get_segments()[0][:, 1] == pytest.approx([0.604, 0.781])
 
@@ -120,13 +120,13 @@ def test_papers_point():
 @pytest.mark.parametrize("figure", [4, 5, 6, 7])
 def test_one_point_is_enough(figure):
     one = {5: point(5, "IVQ", 0.5), 4: point(4, "IVQ", 0.5, k=-3.0)}.get(figure, point(6, "IVQ", 0.0, k=0.0))
-    assert png(curves(table(one), figure)).startswith(b"\x89PNG")
+    assert png(plot_curves(table(one), figure)).startswith(b"\x89PNG")
 
 
 def test_missing_paths():
     """A missing path leaves a gap, and a long one fits on a logarithmic axis."""
     some = [point(6, "IVQ", 0.5, k=0.0, path=5.0), point(6, "IVQ", 0.0, k=1.0), point(6, "IVQ", 0.1, k=2.0, path=90.0, half=None)]
-    (axes,) = curves(table(some), 7).axes
+    (axes,) = plot_curves(table(some), 7).axes
     assert np.isnan(axes.lines[0].get_ydata()).tolist() == [False, True, False]
     assert axes.get_yscale() == "log"
     assert axes.get_ylim()[1] > 90
@@ -134,22 +134,22 @@ def test_missing_paths():
 
 def test_penalty_axis():
     """The penalty grows to the right."""
-    left, right = curves(everything(), 4).axes[0].get_xlim()
+    left, right = plot_curves(everything(), 4).axes[0].get_xlim()
     assert left > 0 > -30 > right
-    left, right = curves(everything(), 6).axes[0].get_xlim()
+    left, right = plot_curves(everything(), 6).axes[0].get_xlim()
     assert left < 0 < 15 < right
 
 
 def test_equal_bytes():
     """Equal tables give equal bytes."""
     points = everything()
-    for draw in (lambda p: curves(p, 5, paper=PAPER), lambda p: curves(p, 6), sensitivity):
+    for draw in (lambda p: plot_curves(p, 5, paper=PAPER), lambda p: plot_curves(p, 6), plot_sensitivity):
         assert png(draw(points)) == png(draw(points.sample(fraction=1.0, shuffle=True, seed=2)))
 
 
 def test_forest_rows():
     """A forest has a row for each reading under its learner."""
-    (axes,) = sensitivity(everything()).axes
+    (axes,) = plot_sensitivity(everything()).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["IQ", "printed", "in turn", "IVQ", "printed", "in turn"]
     heights = list(axes.get_yticks())
     assert heights == sorted(heights, reverse=True)
@@ -166,7 +166,7 @@ def test_forest_of_games():
         point(4, "IVQ", 0.4, k=-30.0, study="sensitivity"),
         point(4, "IVQ", 0.4, k=-30.0, reading="a reading " * 12, study="sensitivity"),
     )
-    drawn = sensitivity(points)
+    drawn = plot_sensitivity(points)
     assert [axes.get_legend().get_title().get_text() for axes in drawn.axes] == ["penalty game", "climbing game"]
     texts = [text.get_text() for text in drawn.axes[1].get_legend().get_texts()]
     assert texts == ["decay 0.9997, 2,000 trainings", "decay 0.9999, 2,000 trainings"]
@@ -175,6 +175,6 @@ def test_forest_of_games():
 
 def test_nothing_to_draw():
     """If there are no points to draw, the error says so."""
-    for draw in (lambda: curves(Paradigms.empty(), 4), lambda: sensitivity(Paradigms.empty())):
+    for draw in (lambda: plot_curves(Paradigms.empty(), 4), lambda: plot_sensitivity(Paradigms.empty())):
         with pytest.raises(NotFound, match="there are no points"):
             draw()

@@ -30,7 +30,7 @@ from pitchlore.pipeline.paradigms.rules.lenient import Lenient
 from pitchlore.pipeline.paradigms.rules.rules import RULES
 from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
 from pitchlore.pipeline.paradigms.rules.wolf_phc import WoLFPHC
-from pitchlore.pipeline.paradigms.runner import Runs, Training, play, stream
+from pitchlore.pipeline.paradigms.runner import Runs, Training, play_runs, stream
 from pitchlore.schemas import Paradigms
 
 SEEDS = (7, 11)
@@ -125,7 +125,7 @@ def test_literal_loop(learner, game):
         training = Training(temperatures, selection, tick, episode_steps=10_000 if tick == "step" else 15)
         testing = runner.Testing(tests=3, steps=25, temperature=0.0 if tick == "step" else 0.3)
         runs = range(3, 6)
-        played = play(compiled, settings, training, testing, runs=runs, seeds=SEEDS)
+        played = play_runs(compiled, settings, training, testing, runs=runs, seeds=SEEDS)
         for place, run in enumerate(runs):
             expected = literal.play(stream(SEEDS, run), plain, settings, training, testing)
             assert played.last[place] == index_of(compiled, expected.last)
@@ -146,7 +146,7 @@ def test_long_run():
     """A long run equals the literal loop."""
     training = Training(16 * 0.999 ** np.arange(7_000))
     for settings in (IQ(), IVQ(bracket="outside", discount=0.9, opinion_discount=None), JAQ()):
-        played = play(matrix.climbing(), settings, training, runner.Testing(), runs=range(2), seeds=SEEDS)
+        played = play_runs(matrix.climbing(), settings, training, runner.Testing(), runs=range(2), seeds=SEEDS)
         for run in range(2):
             expected = literal.play(stream(SEEDS, run), GAMES["climbing"][1], settings, training, runner.Testing())
             assert played.last[run] == index_of(matrix.climbing(), expected.last)
@@ -171,17 +171,17 @@ def test_company(monkeypatch, learner):
     """A run is the same, whatever runs and workers are beside it."""
     settings, _ = LEARNERS[learner]
     game, training, testing = matrix.fully_stochastic_climbing(), quick_training(), runner.Testing(5, 1, 1.0)
-    together = play(game, settings, training, testing, runs=range(23), seeds=SEEDS)
+    together = play_runs(game, settings, training, testing, runs=range(23), seeds=SEEDS)
     assert len(set(together.last.tolist())) > 1
     for runs, workers in ((range(23), 1), (range(23), 7), (range(5, 9), 2), (range(20, 2, -3), 3), (range(4, 5), 64)):
         monkeypatch.setattr(os, "cpu_count", lambda workers=workers: workers)
-        apart = play(game, settings, training, testing, runs=runs, seeds=SEEDS)
+        apart = play_runs(game, settings, training, testing, runs=runs, seeds=SEEDS)
         same(apart, Runs(*(column[list(runs)] for column in together)))
 
 
 def test_no_runs():
     """No runs give empty columns."""
-    played = play(matrix.climbing(), IQ(), quick_training(), runner.Testing(), runs=range(0), seeds=SEEDS)
+    played = play_runs(matrix.climbing(), IQ(), quick_training(), runner.Testing(), runs=range(0), seeds=SEEDS)
     assert [len(column) for column in played] == [0, 0, 0, 0, 0, 0]
 
 
@@ -199,7 +199,7 @@ def test_game_unchanged():
     """Learning leaves the game as it was."""
     game = matrix.climbing()
     before = game.rewards.copy()
-    play(game, IQ(), quick_training(), runner.Testing(), runs=range(2), seeds=SEEDS)
+    play_runs(game, IQ(), quick_training(), runner.Testing(), runs=range(2), seeds=SEEDS)
     np.testing.assert_array_equal(game.rewards, before)
 
 
@@ -216,7 +216,7 @@ def hot(ticks):
 def test_diverged_run():
     """A run that diverges counts as no success, even where action 0 is the optimum."""
     training = hot(200)
-    played = play(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=range(20), seeds=SEEDS)
+    played = play_runs(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=range(20), seeds=SEEDS)
     assert played.diverged.all()
     assert (played.success == 0).all()
     assert (played.last == -1).all()
@@ -237,7 +237,7 @@ def test_marked_runs():
     # so few steps that some have and some have not
     training = hot(12)
     runs = range(40)
-    played = play(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=runs, seeds=SEEDS)
+    played = play_runs(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=runs, seeds=SEEDS)
     alone = [literal.play(stream(SEEDS, run), GAMES["climbing"][1], EXPLODING, training, runner.Testing()) for run in runs]
     assert played.diverged.tolist() == [run.diverged for run in alone]
     assert 0 < played.diverged.sum() < len(runs)
@@ -249,7 +249,7 @@ def test_equal_values(rule):
     """Between values that are all equal, chance decides."""
     pays_nothing = replace(matrix.matrix_game("nothing", np.zeros((3, 3))), success=np.arange(9)[np.newaxis] == 0)
     runs = 1_800
-    played = play(pays_nothing, rule(), quick_training(5), runner.Testing(), runs=range(runs), seeds=SEEDS)
+    played = play_runs(pays_nothing, rule(), quick_training(5), runner.Testing(), runs=range(runs), seeds=SEEDS)
     counts = np.bincount(played.last, minlength=9)
     # 200 each; the standard deviation is sqrt(1800 * 1/9 * 8/9) = 13
     assert (np.abs(counts - runs / 9) < 5 * 13.4).all()
@@ -350,7 +350,7 @@ def test_unknown_game():
 def test_point(monkeypatch):
     """A point is a row of the schema and says what was played."""
     seen = []
-    monkeypatch.setattr(curves, "play", lambda *what, **how: seen.append(play(*what, **how)) or seen[-1])
+    monkeypatch.setattr(curves, "play", lambda *what, **how: seen.append(play_runs(*what, **how)) or seen[-1])
     row = Paradigms.validate(climbing_curve().play(None, 0.99, runs=40, seed=3)).row(0, named=True)
     [played] = seen
     assert (row["k"], row["steps"], row["runs"], row["tests"], row["seed"]) == (None, 735, 40, 1, 3)

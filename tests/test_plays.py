@@ -12,9 +12,9 @@ from pitchlore.pipeline.arena.match.controllers import Controller, controllers_o
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.engine.games import Turn, store_of, take
+from pitchlore.pipeline.engine.games import Turn, store_of, take_game
 from pitchlore.pipeline.engine.teams import apprentice, entrant, learned_team
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 _SHORT = "games = 1\npractice = 1\n[referee]\nduration_s = 20"
@@ -27,8 +27,8 @@ _STATES = f'base = "best-in-games"\n{_SHORT.replace("practice = 1", "practice = 
 ], ids=["looks", "looks up states"])
 def test_a_policy_keeps_its_clock(tmp_path, text, kept):
     """``learned`` and ``learned:1`` play as the season's apprentice does; an option says otherwise."""
-    season = Season(name="short", opponent="static", seed=1, settings=parse(text, where="short.toml"))
-    take(tmp_path, Turn(season, 1), discard=True)
+    season = Season(name="short", opponent="static", seed=1, settings=parse_season(text, where="short.toml"))
+    take_game(tmp_path, Turn(season, 1), discard=True)
     store, own = Store(tmp_path), store_of(tmp_path, season)
     expected = TeamSettings.model_validate({"kind": "learned"} | kept)
     counted = apprentice(store, season.id).team.settings
@@ -50,8 +50,8 @@ class Still(Controller):
 @pytest.mark.parametrize("text", [_LOOKS, _STATES], ids=["looks", "looks up states"])
 def test_an_opponent_in_an_environment(tmp_path, text):
     """An apprentice plays in an environment, byte for byte, as in a recorded match: by its clock, and predicting."""
-    season = Season(name="short", opponent="static", seed=1, settings=parse(text, where="short.toml"))
-    take(tmp_path, Turn(season, 1), discard=True)
+    season = Season(name="short", opponent="static", seed=1, settings=parse_season(text, where="short.toml"))
+    take_game(tmp_path, Turn(season, 1), discard=True)
     one = env(learned_team(tmp_path, season.id), minutes=0.2)
     one.reset(seed=3)
     policies = {}
@@ -79,8 +79,8 @@ def test_options_of_the_other_kind(tmp_path, capsys):
         with pytest.raises(SystemExit, match="1"):
             main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
         assert f"{option.split('=')[0]}: {whose}" in capsys.readouterr().err
-    season = Season(name="short", opponent="static", seed=1, settings=parse(_LOOKS, where="short.toml"))
-    take(tmp_path, Turn(season, 1), discard=True)
+    season = Season(name="short", opponent="static", seed=1, settings=parse_season(_LOOKS, where="short.toml"))
+    take_game(tmp_path, Turn(season, 1), discard=True)
     with pytest.raises(SystemExit, match="1"):
         main(["evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", str(tmp_path)])
     assert "--min-visits: only a team that looks behaviours up in states has this option" in capsys.readouterr().err

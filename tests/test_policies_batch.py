@@ -4,7 +4,7 @@ import polars as pl
 import pytest
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.decisions import digests
+from pitchlore.pipeline.decisions import decision_digests
 from pitchlore.pipeline.engine.knowledge import label_of
 from pitchlore.pipeline.engine.policies import batch
 from pitchlore.pipeline.engine.stage import Scope
@@ -30,7 +30,7 @@ def play(store, match, reward=1.0, *, chosen=True, team="home"):
                          schema=Sides.dtypes(), orient="row")
     store.commit(Work("sides", match, {}, version=1),
                  Made([(sides, Sides)], details={"kind": "vsss", "counts_as": ["us", "them"]}))
-    told = {"sha256": digests(table)[match], "choosing": [team] if chosen else []}
+    told = {"sha256": decision_digests(table)[match], "choosing": [team] if chosen else []}
     return store.commit(Work("decisions", group_of(match), {"reward": reward, "chosen": chosen, "team": team}, version=1),
                         Made([(table, Decisions)], details={"matches": {match: told}}))
 

@@ -21,7 +21,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import PLAYING, _nothing_logged
-from pitchlore.pipeline.engine.record import recording
+from pitchlore.pipeline.engine.record import match_log
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches
 
@@ -151,7 +151,7 @@ def test_logged_at_once(tmp_path):
     The bytes that the system has are those that a killed process leaves.
     """
     played = match(short(1))
-    with recording(Store(tmp_path), played) as log_it:
+    with match_log(Store(tmp_path), played) as log_it:
         for seconds in (1, 2):
             played.advance(60)
             log_it()
@@ -164,7 +164,7 @@ def test_interrupted_match(tmp_path):
     played = match(short(1))
 
     def interrupted():
-        with recording(Store(tmp_path), played):
+        with match_log(Store(tmp_path), played):
             played.advance(17)
             raise KeyboardInterrupt
 

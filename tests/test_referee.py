@@ -32,9 +32,9 @@ from pitchlore.pipeline.arena.physics.referee import (
     STATE,
     Laws,
     begin,
-    table,
-    told,
-    watch,
+    call_events,
+    event_rows,
+    referee_call,
 )
 from pitchlore.pipeline.arena.physics.restarts import restart
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y, see
@@ -74,7 +74,7 @@ def test_own_goal():
     state = in_play()
     pushed = scene(ball=(-0.8, 0.0), home=((-0.74, 0.0), ASIDE, ASIDE))
     assert calls([pushed], state=state) == [(1, GOAL)]
-    assert told(GOAL, state, LAWS)[0][1:5] == ("goal", "away", 0, 1)
+    assert call_events(GOAL, state, LAWS)[0][1:5] == ("goal", "away", 0, 1)
 
 
 def test_pause_after_goal():
@@ -130,7 +130,7 @@ def test_free_ball_quarter(x, y, half):
     """A free ball is in the quarter where the ball was."""
     state = in_play(half)
     assert first(scene(ball=(x, y), speed=0.0), state) == (301, FOUL)
-    assert told(FOUL, state, LAWS)[0][1:] == ("stop", None, 0, 0, "free ball: stuck ball")
+    assert call_events(FOUL, state, LAWS)[0][1:] == ("stop", None, 0, 0, "free ball: stuck ball")
     bodies = scene()
     state["frame"] = state["resume"]
     ((_, call),) = calls([bodies], state=state)
@@ -163,7 +163,7 @@ def test_second_half():
         calls([scene(ball=(0.8, 0.0))], state=state)
         assert state["team"] == 1 - opener
         assert score(state) == [0, 0]  # time was over
-        events = told(HALF, state, LAWS)
+        events = call_events(HALF, state, LAWS)
         assert [event[:3] for event in events] == [
             (240_000_000_000, "half", None), (240_000_000_000, "kick-off", ("home", "away")[1 - opener])
         ]
@@ -187,7 +187,7 @@ def test_after_the_end():
     ended = state.copy()
     assert calls([scene(ball=(0.8, 0.0))] * 10, short, state) == []
     assert state.tolist() == ended.tolist()
-    assert told(END, state, short) == ((1_000_000_000, "end", None, 0, 0, "end"),)
+    assert call_events(END, state, short) == ((1_000_000_000, "end", None, 0, 0, "end"),)
 
 
 @given(st.integers(1, 400), st.integers(1, 5), st.sampled_from([25.0, 59.94, 60.0, 100.0]))
@@ -229,8 +229,8 @@ def test_of_any_match(seed, robots, opener):
     state, rows, found = begin(opener), [], []
     before = [0, 0]
     for bodies in wild_frames(seed, 10 * SHORT.duration, robots):
-        call = watch(bodies, state, SHORT.limits)
-        rows += told(call, state, SHORT)
+        call = referee_call(bodies, state, SHORT.limits)
+        rows += call_events(call, state, SHORT)
         after = score(state)
         rise = [a - b for a, b in zip(after, before, strict=True)]
         assert sorted(rise) == ([0, 1] if call == GOAL else [0, 0])
@@ -248,7 +248,7 @@ def test_of_any_match(seed, robots, opener):
             assert next_call in (HALF, END) or (then - at == 6 and next_call in RESTARTS)
         else:
             assert next_call in (GOAL, FOUL, HALF, END)
-    events = table("match", rows)
+    events = event_rows("match", rows)
     assert list(events["t_ns"]) == sorted(events["t_ns"])
     goals = Counter(events.filter(pl.col("event") == "goal")["team"])
     assert [goals["home"], goals["away"]] == before
@@ -279,8 +279,8 @@ def test_fairness(seed, robots):
     other = np.zeros((1 + 2 * robots, 6))
     for bodies in wild_frames(seed, 1000, robots):
         see(bodies, AWAY, -1.0, other)  # teams and ends exchanged
-        call = watch(bodies, state, SHORT.limits)
-        assert watch(other, turned, SHORT.limits) == call
+        call = referee_call(bodies, state, SHORT.limits)
+        assert referee_call(other, turned, SHORT.limits) == call
         assert score(state) == score(turned)[::-1]
         assert state["team"] == turned["team"] == NOBODY or state["team"] == 1 - turned["team"]
         if call in (FREE_BALL, END):
@@ -302,7 +302,7 @@ def played():
     state, bodies = begin(), np.zeros((7, 6))
     film, rows, found = [], [], []
     for frame in range(laws.duration + 1):
-        call = watch(bodies, state, laws.limits)
+        call = referee_call(bodies, state, laws.limits)
         if KICK_OFF <= call <= HALF:
             restart(bodies, call, state, laws, rng)
             bodies[BALL, VX] = next(speeds)
@@ -312,7 +312,7 @@ def played():
             found.append((frame, call))
         if KICK_OFF <= call <= HALF:
             found.append((frame, call))
-        rows += told(call, state, laws)
+        rows += call_events(call, state, laws)
         film.append(bodies.copy())
         bodies[:, [X, Y]] += bodies[:, [VX, VY]] / 60
     film = np.array(film)
@@ -320,7 +320,7 @@ def played():
     paths |= {(team, i): film[:, 1 + 3 * team + i, :3] for team in (HOME, AWAY) for i in range(3)}
     log = make_log(None, paths, t_ns=[laws.t_ns(frame) for frame in range(len(film))])
     info = log.info.model_copy(update={"periods": laws.periods(), "format": "world"})
-    return replace(log, info=info, referee=table(info.match_id, rows)), found
+    return replace(log, info=info, referee=event_rows(info.match_id, rows)), found
 
 
 def test_played_match():

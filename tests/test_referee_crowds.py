@@ -30,8 +30,8 @@ from pitchlore.pipeline.arena.physics.referee import (
     REASONS,
     STUCK,
     Laws,
-    told,
-    watch,
+    call_events,
+    referee_call,
 )
 from pitchlore.pipeline.game.bodies import BALL, VX, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -248,7 +248,7 @@ def test_scene(stretches, expected, half, end):
     assert state["due"] == due
     assert state["team"] == (attackers if due == PENALTY else 1 - attackers)
     assert score(state) == [int(call == GOAL and attackers == team) for team in (HOME, AWAY)]
-    (event,) = told(call, state, LAWS)
+    (event,) = call_events(call, state, LAWS)
     if reason is None:
         assert event.event == "goal"
     else:
@@ -339,7 +339,7 @@ def test_literal_referee(seed, robots, remember, penalty, goal_kick, least):
             continue
         stretch.append(bodies)
         expected, before = literal_referee.verdict(stretch, 1, laws), score(state)
-        call = watch(bodies, state, laws.limits)
+        call = referee_call(bodies, state, laws.limits)
         if expected is None:
             assert call == PLAY_ON
             continue

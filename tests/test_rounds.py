@@ -15,7 +15,7 @@ from support.rows import changed, consecutive, goals, sequences_of, situations
 from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.behaviours.rounds import learn
 from pitchlore.pipeline.behaviours.select import select
-from pitchlore.pipeline.decisions import decide, digests, observe
+from pitchlore.pipeline.decisions import all_decisions, decision_digests, observed_decisions
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
@@ -120,12 +120,12 @@ def test_decisions(found, random):
         own = pl.DataFrame([{"side": side, "kind": team.kind, "counts_as": team.team} for side, team in sides[name].items()],
                            schema={"side": pl.Enum(SIDES), "kind": pl.String, "counts_as": pl.String})
         known = of_sides(patterns, own)
-        alone.append(observe(table.with_columns(who=side_of(table["team"])), known.with_columns(who=side_of(known["side"]))))
+        alone.append(observed_decisions(table.with_columns(who=side_of(table["team"])), known.with_columns(who=side_of(known["side"]))))
     shuffled = list(tables.values())
     random.shuffle(shuffled)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(league, "_CHUNK", 10)
-        together = decide(lambda: shuffled, sides, patterns, Choices.empty())
+        together = all_decisions(lambda: shuffled, sides, patterns, Choices.empty())
     assert_frame_equal(together, pl.concat([Decisions.empty(), *(part.cast(pl.Schema(Decisions.dtypes())) for part in alone)]), check_exact=True)
 
 
@@ -135,17 +135,17 @@ def test_digests(found, data):
     """A match has the same digest exactly if it has the same rows, whatever the other matches have."""
     tables, sides = league_of(found)
     patterns = learn(tables.values, sides, ANY).patterns
-    rows = decide(tables.values, sides, patterns, Choices.empty())
-    said = digests(rows)
+    rows = all_decisions(tables.values, sides, patterns, Choices.empty())
+    said = decision_digests(rows)
     assert said.keys() == set(rows["match_id"])
     for name, part in rows.group_by("match_id"):
-        assert digests(part) == {name[0]: said[name[0]]}
+        assert decision_digests(part) == {name[0]: said[name[0]]}
         at = data.draw(st.integers(0, part.height - 1))
         for column in ("t_ns", "state", "reward", "value"):
             other = part.with_columns(pl.when(pl.int_range(pl.len()) == at).then(pl.col(column) + 1).otherwise(column))
-            assert digests(other)[name[0]] != said[name[0]]
+            assert decision_digests(other)[name[0]] != said[name[0]]
         other = part.with_columns(pl.when(pl.int_range(pl.len()) != at).then("behaviour_id"))
-        assert digests(other)[name[0]] != said[name[0]]
+        assert decision_digests(other)[name[0]] != said[name[0]]
 
 
 def test_nobody():

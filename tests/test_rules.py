@@ -24,7 +24,7 @@ from pitchlore.pipeline.paradigms.rules.kernel import kernel, switch
 from pitchlore.pipeline.paradigms.rules.rules import RULES, AnyLearner
 from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
 from pitchlore.pipeline.paradigms.runner import Testing as Trial
-from pitchlore.pipeline.paradigms.runner import Training, play, stream
+from pitchlore.pipeline.paradigms.runner import Training, play_runs, stream
 
 SEEDS = (5,)
 GAMES = {
@@ -78,7 +78,7 @@ def test_literal(rule, selection, game):
     (compiled, plain), settings = GAMES[game], rule.settings(discount=0.5)
     start = 16.0 if selection is ActionSelection.BOLTZMANN else 1.0
     training, testing = Training(np.geomspace(start, 0.05, 300), selection), Trial(tests=3, steps=25)
-    played = play(compiled, settings, training, testing, runs=range(3), seeds=SEEDS)
+    played = play_runs(compiled, settings, training, testing, runs=range(3), seeds=SEEDS)
     for run in range(3):
         expected = literal.play(stream(SEEDS, run), plain, settings, training, testing)
         assert played.last[run] == index_of(compiled, expected.last)

@@ -26,7 +26,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.pipeline.views.scout.content.sources import team_name
-from pitchlore.pipeline.views.scout.content.write import WrittenPages, write
+from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
 from pitchlore.pipeline.views.scout.facts import by_lead, over_matches
 from pitchlore.pipeline.views.scout.gallery import clips, ranked
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
@@ -184,24 +184,24 @@ def test_what_stands_is_kept(store, tmp_path):
     """A second call writes nothing; a new match has its pages written, and those of the others stand."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")
-    first, second = write(own), write(own)
+    first, second = write_pages(own), write_pages(own)
     assert (first.kept, second.new, second.kept) == (0, 0, first.new)
     match = next(iter(own.receipts("matches"))).name
     (tmp_path / "data" / "scout" / "matches" / f"{match}.html").unlink()
-    assert write(own).new == 1, "what is missing is written again"
+    assert write_pages(own).new == 1, "what is missing is written again"
 
 
 def test_one_more_match(store, tmp_path):
     """A match of teams that are known leaves the pages of the other matches, whatever was learned from it."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")
-    write(own)
+    write_pages(own)
     pages = tmp_path / "data" / "scout"
     before = {path: path.stat().st_mtime_ns for folder in ("matches", "data", "replays") for path in (pages / folder).iterdir()}
     clip(290.0, 350.0).write_parquet(tmp_path / "three.parquet")
     import_recording(own, Recording(file=tmp_path / "three.parquet"))
     bring(own)
-    write(own)
+    write_pages(own)
     assert {path: path.stat().st_mtime_ns for path in before} == before
     assert len(list((pages / "matches").iterdir())) == 3
     assert "knowledge version 2" in next((pages / "behaviours").iterdir()).read_text()
@@ -212,7 +212,7 @@ def test_list_of_pages_is_broken(store, tmp_path, said):
     """Where the list of pages cannot be read, all are written again."""
     (tmp_path / "pages").mkdir()
     (tmp_path / "pages" / ".pages.json").write_text(said)
-    assert write(store, tmp_path / "pages").kept == 0
+    assert write_pages(store, tmp_path / "pages").kept == 0
 
 
 def test_list_of_pages_is_hostile(store, tmp_path):
@@ -223,7 +223,7 @@ def test_list_of_pages_is_hostile(store, tmp_path):
         path.touch()
     (tmp_path / "pages" / ".pages.json").write_text(json.dumps({
         "facts": {}, "../mine.html": "x", str(mine): "x", "matches/../../mine.html": "x", "matches/gone.html": "x"}))
-    write(store, tmp_path / "pages")
+    write_pages(store, tmp_path / "pages")
     assert mine.exists()
     assert not gone.exists()
 
@@ -234,10 +234,10 @@ def test_gone_with_its_match(store, tmp_path):
 
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")
-    write(own)
+    write_pages(own)
     match = next(iter(own.receipts("matches"))).name
     forget_match(own, match)
-    write(own)
+    write_pages(own)
     assert not list((tmp_path / "data" / "scout").rglob(f"{match}*"))
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
-from pitchlore.pipeline.views.scout.changes import change, change_of_count, told
+from pitchlore.pipeline.views.scout.changes import change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_match
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
-from pitchlore.pipeline.views.scout.content.sources import against_itself, counted, played, team_name
+from pitchlore.pipeline.views.scout.content.sources import against_itself, matches_in_words, played, team_name
 from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead, Numbers, over_matches
 from pitchlore.pipeline.views.scout.scored import Scored, again, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
 from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
-from pitchlore.pipeline.views.scout.zones import played as played_by
+from pitchlore.pipeline.views.scout.zones import robot_numbers as played_by
 from pitchlore.schemas import SIDES, Goals, Passes, Possession, Shots, Situations
 
 MATCH, S = "m", 10**9
@@ -163,8 +163,8 @@ def test_change_within_chance():
     assert not small.beyond
     assert great.beyond
     assert (great.low, great.high) == (-14, 14), "binomial of 50 at one half: 18 to 32 lie within 95 %"
-    assert told([("passes", small)]) == "No change of the 1 counts is larger than chance gives."
-    assert "passes 10 to 40 (+30; chance gives -14 to +14)" in told([("passes", great), ("shots", small)])
+    assert reported_changes([("passes", small)]) == "No change of the 1 counts is larger than chance gives."
+    assert "passes 10 to 40 (+30; chance gives -14 to +14)" in reported_changes([("passes", great), ("shots", small)])
 
 
 def test_halves_of_other_lengths():
@@ -178,7 +178,7 @@ def test_no_change_is_known():
     assert change_of_count(None, 3, (60.0, 60.0)) is None
     assert change_of_count(0, 0, (60.0, 60.0)).low is None
     assert not change(0.1, 0.9).beyond
-    assert told([("goals", None)]) == "No count is known in both halves."
+    assert reported_changes([("goals", None)]) == "No count is known in both halves."
 
 
 def test_chance_is_held():
@@ -222,9 +222,9 @@ def test_danger():
 
 def test_counted():
     """Matches of a team against itself are said."""
-    assert counted(1, 0) == "1 match"
-    assert counted(14, 3) == "14 matches, 3 of them against itself, which count from both sides"
-    assert counted(2, 1) == "2 matches, 1 of them against itself, which counts from both sides"
+    assert matches_in_words(1, 0) == "1 match"
+    assert matches_in_words(14, 3) == "14 matches, 3 of them against itself, which count from both sides"
+    assert matches_in_words(2, 1) == "2 matches, 1 of them against itself, which counts from both sides"
     assert against_itself(team_name("a", "vsss"), []) == 0
 
 

@@ -11,8 +11,8 @@ import pytest
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.views.scout.content import compare
-from pitchlore.pipeline.views.scout.content.sources import chosen, played
-from pitchlore.pipeline.views.scout.content.write import write
+from pitchlore.pipeline.views.scout.content.sources import chosen_matches, played
+from pitchlore.pipeline.views.scout.content.write import write_pages
 from pitchlore.pipeline.views.scout.facts import PARTS, numbers, parts, played_s
 from pitchlore.schemas import SIDES, Behaviours
 
@@ -34,19 +34,19 @@ def lines_of(store, league):
 def test_chosen(league):
     """Teams and ids choose matches, each once; without any all are chosen."""
     one, two = league
-    assert chosen(league, []) == league
-    assert chosen(league, [one.name]) == [one]
-    assert chosen(league, [two.name[:4]]) == [two]
-    assert chosen(league, ["yellow"]) == [one], "the second match has another name for it"
-    assert chosen(league, ["blue", one.name]) == league
+    assert chosen_matches(league, []) == league
+    assert chosen_matches(league, [one.name]) == [one]
+    assert chosen_matches(league, [two.name[:4]]) == [two]
+    assert chosen_matches(league, ["yellow"]) == [one], "the second match has another name for it"
+    assert chosen_matches(league, ["blue", one.name]) == league
     for name in ("nobody", ""):
         with pytest.raises(NotFound, match=r"no team has this name.*blue"):
-            chosen(league, [name])
+            chosen_matches(league, [name])
 
 
 def test_pages_of_a_choice(store, league):
     """The pages of a choice are a folder of their own, which says how many matches it leaves out."""
-    found = write(store, names=["yellow"])
+    found = write_pages(store, names=["yellow"])
     assert re.fullmatch(r"scout-yellow-[0-9a-f]{6}", found.first.parent.name)
     assert [path.stem for path in (found.first.parent / "matches").iterdir()] == [league[0].name]
     assert "1 of 2 matches" in found.first.read_text()
@@ -58,7 +58,7 @@ def test_numbers_of_both(store, league):
     own = numbers(match)
     lines = {it.name: {"score": "? : ?", "seconds": 60.0, "numbers": {
         side: each._asdict() for side, each in numbers(it).items()}} for it in league}
-    found = facts_of(compare.numbers(league, [match.home, match.away], lines, compare.versions(store)))
+    found = facts_of(compare.numbers_script(league, [match.home, match.away], lines, compare.versions(store)))
     first = next(it for it in found["matches"] if it["id"] == match.name)
     assert first["numbers"] == [json.loads(json.dumps(own[side]._asdict())) for side in SIDES]
     home = found["teams"][0]

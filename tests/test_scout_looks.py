@@ -13,8 +13,8 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout import words
 from pitchlore.pipeline.views.scout.content.flaws import WORDS, flaws
-from pitchlore.pipeline.views.scout.content.sources import counted
-from pitchlore.pipeline.views.scout.pages import page as render
+from pitchlore.pipeline.views.scout.content.sources import matches_in_words
+from pitchlore.pipeline.views.scout.pages import rendered as render
 from pitchlore.pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
 from pitchlore.pipeline.views.scout.states import zone
 from pitchlore.schemas.matches import FLAWS
@@ -93,7 +93,7 @@ def test_one_match_is_no_number():
     """The report on one match says so."""
     facts = {"team": {"name": "a", "kind": "vsss", "slug": "a"}, "behaviours": [], "sentences": [], "menu": [], "made": "", "known": False}
     for matches, said in ((1, "last match ·"), (3, "last 3 matches ·"), (11, "last 11 matches ·")):
-        assert f"from its {said}" in render("opponent", **facts, counted=counted(matches, 0)).decode()
+        assert f"from its {said}" in render("opponent", **facts, counted=matches_in_words(matches, 0)).decode()
 
 
 def test_replay_leads_back(pages):

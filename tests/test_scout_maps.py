@@ -19,11 +19,11 @@ from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.sources import newest, played
 from pitchlore.pipeline.views.scout.content.teams import gallery
-from pitchlore.pipeline.views.scout.content.write import write
+from pitchlore.pipeline.views.scout.content.write import write_pages
 from pitchlore.pipeline.views.scout.maps import lying, maps, nearest, sign
-from pitchlore.pipeline.views.scout.occurrences import occurrences, placed
+from pitchlore.pipeline.views.scout.occurrences import occurrence_places, occurrences
 from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
-from pitchlore.pipeline.views.scout.transitions import around, transitions
+from pitchlore.pipeline.views.scout.transitions import neighbours_of, transitions
 from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Trajectories
 
@@ -74,7 +74,7 @@ def test_transitions():
         (a, "midfield", 4), (b, "midfield", 2), (c, "striker", 2), ("midfield-194", "midfield", 1)]
     assert found.counts.rows() == [
         (a, b, 2), (a, "midfield-194", 1), (b, a, 1), ("midfield-194", c, 1)]
-    near = around(found)
+    near = neighbours_of(found)
     assert near[a] == ([(b, 1, 4)], [(b, 2, 4), ("midfield-194", 1, 4)])
     assert near[c] == ([("midfield-194", 1, 2)], [])
 
@@ -126,7 +126,7 @@ def test_placed():
     rows += [("home", 2, 0, float("nan"), 0.0)]
     trajectories = pl.DataFrame(rows, orient="row", schema={
         name: Trajectories.dtypes()[name] for name in ("team", "robot", "t_ns", "x", "y")})
-    told = placed(found, trajectories).sort("behaviour_id")
+    told = occurrence_places(found, trajectories).sort("behaviour_id")
     assert told.select("x", "y", "to_x", "to_y").rows()[0] == pytest.approx((0.1, 0.05, 0.2, 0.1))
     assert told.select("x", "y", "to_x", "to_y").rows()[1] == pytest.approx((0.0, -0.5, -0.1, -0.5))
     assert told.select("x", "to_x").rows()[2] == (None, None)
@@ -139,7 +139,7 @@ def test_begins_where_its_situation_does(store):
         trajectories = match.trajectories
         for side, team in zip(SIDES, (match.home, match.away), strict=True):
             sequence = match.sequences.filter(pl.col("team") == side)
-            found = placed(occurrences(sequence, known.of(team)), trajectories)
+            found = occurrence_places(occurrences(sequence, known.of(team)), trajectories)
             told = found.join(
                 sequence.select("robot", "start_ns", wanted_x="x", wanted_y="y"), left_on=("robot", "t_ns"),
                 right_on=("robot", "start_ns")).drop_nulls()
@@ -210,10 +210,10 @@ def test_only_what_the_version_was_made_from(store, tmp_path):
     """If the maps are gone or were made anew, the page says what to do, and pages are written anew."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")
-    write(own)
+    write_pages(own)
     (tmp_path / "data" / "behaviours" / "all.receipt.json").unlink()
     assert not Learned(own, newest(own), list(played(own))).mapped
-    assert write(own).new == 4 * len(teams(own)), "pages of a team alone"
+    assert write_pages(own).new == 4 * len(teams(own)), "pages of a team alone"
     for team in with_behaviours(own):
         shown = (tmp_path / "data" / "scout" / "maps" / f"{team.slug}.html").read_text()
         assert "Call <code>pitchlore run</code>" in shown
@@ -225,7 +225,7 @@ def test_without_knowledge(store, tmp_path):
     """Without knowledge there is a page that says so."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout", "knowledge"))
     own = Store(tmp_path / "data")
-    write(own)
+    write_pages(own)
     assert "There is no knowledge yet" in next((tmp_path / "data" / "scout" / "maps").iterdir()).read_text()
 
 

@@ -32,9 +32,9 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.content.policies import newest_policies
 from pitchlore.pipeline.views.scout.content.sources import played
-from pitchlore.pipeline.views.scout.content.write import WrittenPages, write
-from pitchlore.pipeline.views.scout.curves import TermCurve, curves
-from pitchlore.pipeline.views.scout.preferred import actions_of, picture, preferred
+from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
+from pitchlore.pipeline.views.scout.curves import TermCurve, term_chart
+from pitchlore.pipeline.views.scout.preferred import actions_of, preference_picture, preferred
 from pitchlore.pipeline.views.scout.states import around_ball, sentences, zone
 from pitchlore.schemas import KEYS, ROLES, Appraisals, Policies, Referee, Restarts, States
 from pitchlore.schemas.sights import SIGHT
@@ -59,7 +59,7 @@ def store(tmp_path_factory) -> Store:
 
 @pytest.fixture(scope="module")
 def pages(store) -> WrittenPages:
-    return write(store)
+    return write_pages(store)
 
 
 def policy_page(pages: WrittenPages) -> str:
@@ -163,11 +163,11 @@ def test_what_stands_is_kept(store, tmp_path):
     """A second call writes nothing; a new policy has its pages written, and no page of a match."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")
-    write(own)
-    assert write(own).new == 0
+    write_pages(own)
+    assert write_pages(own).new == 0
     other = COARSER.policies.model_copy(update={"discount": 0.9})
     emit(own, STAGES["policies"], other, scope_of(own))
-    assert write(own).new == 2
+    assert write_pages(own).new == 2
     assert "version 2" in (tmp_path / "data" / "scout" / "policies.html").read_text()
     assert "times 0.9 for" in next((tmp_path / "data" / "scout" / "policies").iterdir()).read_text()
 
@@ -184,7 +184,7 @@ def test_older_policy(store, tmp_path, capsys):
 
     older = replace(stage, compute=before, schemas=(Policies,), version=2)
     emit(own, older, COARSER.policies, scope_of(own))
-    page = policy_page(write(own))
+    page = policy_page(write_pages(own))
     assert "trained before" in page
     assert not [it for it in newest_policies(own, list(played(own))) if it.told]
     with pytest.raises(SystemExit) as stopped:
@@ -193,7 +193,7 @@ def test_older_policy(store, tmp_path, capsys):
     assert "pitchlore train" in capsys.readouterr().err
     manifest, new = emit(own, stage, COARSER.policies, scope_of(own))
     assert (manifest.version, new) == (2, True)
-    assert "How many states" in policy_page(write(own))
+    assert "How many states" in policy_page(write_pages(own))
 
 
 # ---- a policy that looks
@@ -218,7 +218,7 @@ def test_preferred():
     assert found["behaviour_id"].to_list() == ["striker-044"] * 30 + ["striker-021"] * 29 + ["striker-044"] * 41
     assert found["gain"].to_list() == [0.0] * 30 + [1.0] * 29 + [0.0] * 41
     assert actions_of(found).rows() == [("striker-044", "A", 0.71, 0.0), ("striker-021", "B", 0.29, 1.0)]
-    drawn = str(picture(found, {"striker-044": "A", "striker-021": "B"}, VSSS, "here"))
+    drawn = str(preference_picture(found, {"striker-044": "A", "striker-021": "B"}, VSSS, "here"))
     assert re.findall(r">([A-Z])<", drawn) == ["A", "A", "B", "B"]  # nine moments are too few
     assert "B in 100% of 20 moments" in drawn
     assert preferred(values, trees, sights.clear()).is_empty()
@@ -234,7 +234,7 @@ def test_policy_that_looks(tmp_path, call):
     looking(tmp_path)
     (folder,) = (path for path in (tmp_path / "seasons").iterdir() if path.is_dir())
     own = Store(folder)
-    page = policy_page(write(own))
+    page = policy_page(write_pages(own))
     assert "What policy 2 prefers" in page
     assert "unsure" not in page
     for part in page.split("<h2")[1:4]:
@@ -244,7 +244,7 @@ def test_policy_that_looks(tmp_path, call):
         shares = [float(each) for each in re.findall(r'<td class="n">([0-9.]+)\s%</td>', table)]
         assert len(letters) == len(shares) > 1
         assert sum(shares) == pytest.approx(100, abs=len(shares))
-    assert write(own).new == 0
+    assert write_pages(own).new == 0
     code, out, _ = call("policy", "show", "--data", own.root)
     assert (code, "It chooses by what it sees, and not by these states" in out) == (0, True)
 
@@ -254,14 +254,14 @@ def test_policy_that_looks(tmp_path, call):
 
 def test_of_other_teams(store, tmp_path):
     """Pages of some matches only lead to no team that they leave out."""
-    chosen = write(store, tmp_path / "pages", [next(iter(store.receipts("matches"))).name])
+    chosen = write_pages(store, tmp_path / "pages", [next(iter(store.receipts("matches"))).name])
     test_links(chosen)
 
 
 def test_no_policy(tmp_path_factory):
     """Without a policy the list says how to get one."""
     own = copied(tmp_path_factory)
-    assert "There is no policy yet" in text_of(write(own), "policies.html")
+    assert "There is no policy yet" in text_of(write_pages(own), "policies.html")
     assert not list((own.root / "scout").glob("policies/*"))
 
 
@@ -324,7 +324,7 @@ def test_curves_are_the_memberships(kind):
     table = term_table(kind)
     for (variable,), rows in table.group_by("variable", maintain_order=True):
         lines = [TermCurve(*row) for row in rows.select("term", "a", "b", "c", "d", "rises_at", "falls_at").rows()]
-        drawn = str(curves(lines, str(variable)))
+        drawn = str(term_chart(lines, str(variable)))
         corners = [at for line in lines for at in line[1:5] if at is not None]
         low, high = min(corners), max(corners)
         margin = 0.15 * (high - low)

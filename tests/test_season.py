@@ -12,7 +12,7 @@ from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.seasons import settings
-from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
+from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named_settings, names, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, Growth, Matches, Occasions, Policies
 
@@ -24,12 +24,12 @@ STUDIES = ROOT / "data" / "studies"
 def season(base="paper", seed=1, opponent="static", **more):
     said = "\n".join([f'base = "{base}"', "games = 3", "lead_from = 3", *more.get("lines", ()),
                       "[referee]", "duration_s = 20"])
-    return Season(name="short", opponent=opponent, seed=seed, settings=parse(said, where="here"))
+    return Season(name="short", opponent=opponent, seed=seed, settings=parse_season(said, where="here"))
 
 
 def play(data, own, games):
     for game in games:
-        loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+        loop.learn_from_game(data, own, game, loop.play_game(data, own, game), discard=False)
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +130,7 @@ def test_same_season(played, tmp_path):
 def test_stopped_game(played, tmp_path, monkeypatch, stop_before):
     """A game that was stopped anywhere is gone on with, to the same tables."""
     play(tmp_path, season(), (1,))
-    matches = loop.play(tmp_path, season(), 2)
+    matches = loop.play_game(tmp_path, season(), 2)
     emit = loop.emit
 
     def killed(*_, **__):
@@ -142,7 +142,7 @@ def test_stopped_game(played, tmp_path, monkeypatch, stop_before):
     with monkeypatch.context() as patch:
         patch.setattr(loop, *("_commit", killed) if stop_before == "_commit" else ("emit", emit_or_killed))
         with pytest.raises(KeyboardInterrupt):
-            loop.learn(tmp_path, season(), 2, matches, discard=False)
+            loop.learn_from_game(tmp_path, season(), 2, matches, discard=False)
     assert loop.done(Store(tmp_path), season()).details["games"] == 1
     play(tmp_path, season(), (2,))
     assert rows(tmp_path).equals(rows(played).filter(pl.col("game") <= 2))
@@ -210,12 +210,12 @@ def test_pitch_and_camera(tmp_path):
 
 def test_discarding(tmp_path):
     """Matches not needed any more can be forgotten, and the season goes on."""
-    loop.learn(tmp_path, season(), 1, loop.play(tmp_path, season(), 1), discard=True)
+    loop.learn_from_game(tmp_path, season(), 1, loop.play_game(tmp_path, season(), 1), discard=True)
     own = loop.store_of(tmp_path, season())
     assert not list(own.receipts("matches"))
     assert not list(own.receipts("behaviours"))
     assert len(list(own.receipts("decisions"))) == 1
-    loop.learn(tmp_path, season(), 2, loop.play(tmp_path, season(), 2), discard=True)
+    loop.learn_from_game(tmp_path, season(), 2, loop.play_game(tmp_path, season(), 2), discard=True)
     assert rows(tmp_path).height == 2
 
 
@@ -223,7 +223,7 @@ def test_discarding_and_learning_from_all(tmp_path):
     """Matches that later games learn from are kept, however many they are."""
     own = season(lines=["[pipeline.policies]", "last_matches = 8"])
     for game in (1, 2):
-        loop.learn(tmp_path, own, game, loop.play(tmp_path, own, game), discard=True)
+        loop.learn_from_game(tmp_path, own, game, loop.play_game(tmp_path, own, game), discard=True)
     assert loop.store_of(tmp_path, own).latest("policies").details["matches"] >= 1
     assert rows(tmp_path, own).height == 2
 
@@ -231,8 +231,8 @@ def test_discarding_and_learning_from_all(tmp_path):
 def test_practice(tmp_path):
     """Practice is learned from and not counted."""
     own = season(lines=["practice = 1"])
-    matches = loop.play(tmp_path, own, 1)
-    loop.learn(tmp_path, own, 1, matches, discard=False)
+    matches = loop.play_game(tmp_path, own, 1)
+    loop.learn_from_game(tmp_path, own, 1, matches, discard=False)
     assert len(matches) == 2
     assert rows(tmp_path, own).height == 1
     assert rows(tmp_path, own)["match_id"].item() == matches[0]
@@ -247,12 +247,12 @@ def test_settings_read():
     """All settings that come along can be read."""
     assert {"paper", "best"} <= set(names())
     for name in names():
-        assert isinstance(named(name), SeasonSettings)
+        assert isinstance(named_settings(name), SeasonSettings)
 
 
 def test_paper_settings():
     """The paper's settings say what the paper says."""
-    paper = named("paper")
+    paper = named_settings("paper")
     assert paper.games == 35
     assert paper.opponents == ("static", "human-like")
     assert paper.referee.duration_s == 480
@@ -323,21 +323,21 @@ def test_settings_names():
 @pytest.mark.parametrize("ablation", ABLATIONS)
 def test_ablation(ablation):
     """An ablation changes the settings that are listed for it and no others."""
-    base = dict(flat(named(ablation.split("-")[0]).model_dump()))
+    base = dict(flat(named_settings(ablation.split("-")[0]).model_dump()))
     mine = dict(flat(settings_of(ablation).model_dump()))
     assert {name for name in mine | base if mine.get(name) != base.get(name)} == ABLATIONS[ablation]
 
 
 def test_exploration():
     """Exploration changes evenly from the first game to the last."""
-    own = parse("games = 5\nexplore = 0.4\nexplore_last = 0.0", where="here")
+    own = parse_season("games = 5\nexplore = 0.4\nexplore_last = 0.0", where="here")
     of = Season(name="x", opponent="static", seed=0, settings=own)
     assert [of.recipes(game, None)[0].home.explore for game in (1, 3, 5)] == pytest.approx([0.4, 0.2, 0.0])
 
 
 def test_match_seeds():
     """No two matches share a seed, in one season or in two."""
-    own = named("paper").model_copy(update={"practice": 2})
+    own = named_settings("paper").model_copy(update={"practice": 2})
     seeds = [recipe.seed for seed in (1, 2) for game in (1, 2, 35)
              for recipe in Season(name="x", opponent="static", seed=seed, settings=own).recipes(game, None)]
     assert len(set(seeds)) == len(seeds) == 18
@@ -354,4 +354,4 @@ def test_match_seeds():
 def test_bad_settings(text, error, words):
     """Bad settings are refused, and the error says what is wrong."""
     with pytest.raises(error, match=words):
-        parse(text, where="club.toml")
+        parse_season(text, where="club.toml")

@@ -10,17 +10,17 @@ from support.seasons import ablations, apprentices, evaluation, evolving, rising
 from pitchlore.pipeline.arena.teams.executors.actions import LIMIT_S
 from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
 from pitchlore.pipeline.report import table3
-from pitchlore.pipeline.report.claims import CLAIMS, verdicts
+from pitchlore.pipeline.report.claims import CLAIMS, season_verdicts
 from pitchlore.pipeline.report.measures import (
     OTHER,
     SeasonTables,
-    greatest,
+    greatest_in_games,
     grown_without_training,
     least_step,
-    mean,
+    mean_in_games,
     overall_other,
+    paper_value,
     pooled,
-    printed,
     seasons_of,
     slope,
     total,
@@ -29,10 +29,10 @@ from pitchlore.pipeline.report.summary import (
     ablated,
     attributed,
     beside_table_3,
-    compared,
-    curves,
+    mean_curves,
     measured,
-    played,
+    seasons_played,
+    settings_compared,
 )
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 from pitchlore.schemas.situations import MOVES_RANDOMLY
@@ -43,7 +43,7 @@ NONE = Evaluations.empty()
 
 def judged(games, growth, evaluations=NONE):
     """Verdicts on the paper's claims."""
-    return verdicts(seasons_of(games, growth, evaluations))
+    return season_verdicts(seasons_of(games, growth, evaluations))
 
 
 def claim(found, text, opponent=None, quantity=""):
@@ -54,15 +54,15 @@ def claim(found, text, opponent=None, quantity=""):
 
 
 @pytest.mark.parametrize(("column", "measure", "value"), [
-    ("humans", mean(OTHER, 1, 10), 2.32), ("humans", mean(OTHER, 11, 20), 3.08), ("humans", mean(OTHER, 21, 35), 2.39),
-    ("humans", mean(OTHER, 11, 35), 2.67), ("humans", slope(OTHER, 1, 10), 0.63), ("humans", slope(OTHER, 11, 35), -0.02),
-    ("humans", overall_other(1, 35), 2.50), ("humans", greatest(OTHER, 1, 35), 7.35),
-    (STATIC, mean(OTHER, 1, 10), 0.0), (STATIC, mean(OTHER, 11, 20), 3.61), (STATIC, mean(OTHER, 21, 35), 3.04),
-    (STATIC, mean(OTHER, 11, 35), 3.27), (STATIC, slope(OTHER, 11, 35), 0.02), (STATIC, overall_other(1, 35), 2.38),
+    ("humans", mean_in_games(OTHER, 1, 10), 2.32), ("humans", mean_in_games(OTHER, 11, 20), 3.08), ("humans", mean_in_games(OTHER, 21, 35), 2.39),
+    ("humans", mean_in_games(OTHER, 11, 35), 2.67), ("humans", slope(OTHER, 1, 10), 0.63), ("humans", slope(OTHER, 11, 35), -0.02),
+    ("humans", overall_other(1, 35), 2.50), ("humans", greatest_in_games(OTHER, 1, 35), 7.35),
+    (STATIC, mean_in_games(OTHER, 1, 10), 0.0), (STATIC, mean_in_games(OTHER, 11, 20), 3.61), (STATIC, mean_in_games(OTHER, 21, 35), 3.04),
+    (STATIC, mean_in_games(OTHER, 11, 35), 3.27), (STATIC, slope(OTHER, 11, 35), 0.02), (STATIC, overall_other(1, 35), 2.38),
 ])
 def test_paper_table(column, measure, value):
     """Measures of the paper's own table have the values known of it."""
-    assert printed(measure, column) == pytest.approx(value, abs=0.0051)
+    assert paper_value(measure, column) == pytest.approx(value, abs=0.0051)
 
 
 def test_contradictory_claims():
@@ -88,12 +88,12 @@ def test_missing_games():
     """Measures of a phase need all its games."""
     games, growth = tables(season(last=12, without=(4,), other=lambda g: float(g)))
     (one,) = seasons_of(games, growth, NONE)["paper", STATIC]
-    assert mean(OTHER, 5, 12)(one) == pytest.approx(8.5)
+    assert mean_in_games(OTHER, 5, 12)(one) == pytest.approx(8.5)
     assert total(pl.col("other_actions"), 5, 6)(one) == 110
     assert slope(OTHER, 5, 12)(one) == pytest.approx(1.0)
-    assert math.isnan(mean(OTHER, 1, 10)(one))
+    assert math.isnan(mean_in_games(OTHER, 1, 10)(one))
     assert math.isnan(least_step("states", 3, 5)(one))
-    assert math.isnan(mean(OTHER, 5, 13)(one))
+    assert math.isnan(mean_in_games(OTHER, 5, 13)(one))
 
 
 def test_no_decisions():
@@ -101,7 +101,7 @@ def test_no_decisions():
     games, growth = season(other=lambda g: 10.0, last=3)
     games = games.with_columns(pl.when(pl.col("game") == 2).then(0).otherwise(pl.col(c)).alias(c).cast(pl.Int64)
                                for c in ("actions", "random_actions", "other_actions"))
-    assert mean(OTHER, 1, 3)(SeasonTables(games, growth, NONE)) == 10.0
+    assert mean_in_games(OTHER, 1, 3)(SeasonTables(games, growth, NONE)) == 10.0
     assert slope(OTHER, 1, 3)(SeasonTables(games, growth, NONE)) == pytest.approx(0.0, abs=1e-12)
 
 
@@ -154,7 +154,7 @@ def test_interval_ends(pooling, values, ends):
 def test_share_intervals():
     """No interval of shares on the page goes below zero."""
     games, _ = tables(season("paper", STATIC, 0, last=12), season("paper", STATIC, 1, last=12, other=lambda g: 4.0))
-    assert compared(games)["other_low"].to_list() == [0.0]
+    assert settings_compared(games)["other_low"].to_list() == [0.0]
     assert beside_table_3(games, "paper")["low"].drop_nulls().to_list() == [0.0] * 12
     found = judged(games, Growth.empty(), NONE)
     assert claim(found, "nothing evolves")["low"] == 0.0
@@ -247,12 +247,12 @@ def test_row_order():
 def test_curves():
     """Curves are means over seasons with their interval."""
     games, growth = tables(*(season("paper", STATIC, s, last=2, goals=lambda g, s=s: (s, 0)) for s in (1, 2, 6)))
-    found = curves(games, {"for": pl.col("goals_for"), "sum": pl.col("goals_for").cum_sum()})
+    found = mean_curves(games, {"for": pl.col("goals_for"), "sum": pl.col("goals_for").cum_sum()})
     assert found.select("what", "game", "seasons", "mean").rows() == [
         ("for", 1, 3, 3.0), ("for", 2, 3, 3.0), ("sum", 1, 3, 3.0), ("sum", 2, 3, 6.0)]
     half = 4.302653 * math.sqrt(7 / 3)  # s² = 7, t(2)
     assert found["high"][0] == pytest.approx(3 + half, abs=1e-4)
-    one = curves(growth.filter(pl.col("seed") == 1), {"states": pl.col("states")}, ["role"])
+    one = mean_curves(growth.filter(pl.col("seed") == 1), {"states": pl.col("states")}, ["role"])
     assert one.select("role", "game", "mean", "low").rows()[:2] == [("goalkeeper", 1, 100.0, None), ("goalkeeper", 2, 200.0, None)]
 
 
@@ -275,10 +275,10 @@ def test_beside_table_3():
 def test_compared():
     """Settings are compared over the last ten games."""
     games, _ = tables(*(season("best", STATIC, s, last=12, goals=lambda g: (2, 1) if g > 2 else (0, 9)) for s in (0, 1)))
-    (row,) = compared(games).iter_rows(named=True)
+    (row,) = settings_compared(games).iter_rows(named=True)
     assert (row["seasons"], row["games"], row["difference"], row["won"], row["lost"]) == (2, 12, 1.0, 1.0, 0.0)
     assert row["won_low"] == pytest.approx(20 / (20 + 3.841459), abs=1e-6)
-    assert compared(Games.empty()).height == 0
+    assert settings_compared(Games.empty()).height == 0
 
 
 def test_ablated():
@@ -332,7 +332,7 @@ def test_goals_and_leads():
     games, _ = tables(season("paper", STATIC, 4, goals=lambda g: (3, 1), lead=lambda g: 5 if g >= 11 else 0))
     (row,) = attributed(games).iter_rows(named=True)
     assert [row[k] for k in ("goals_for", "direct", "indirect", "error", "unknown", "unknown_against")] == [3, 1, 2, 0, 0, 0]
-    (row,) = played(games).iter_rows(named=True)
+    (row,) = seasons_played(games).iter_rows(named=True)
     assert (row["lead"], row["seeds"], row["games"], row["minutes"]) == ("0; from game 11: 5", "4", "35", 8.0)
     assert table3.CHANGE == 11
 

@@ -12,7 +12,7 @@ from pitchlore.flows import season as loop
 from pitchlore.flows.cli import main
 from pitchlore.pipeline.base.errors import StorageFailed
 from pitchlore.pipeline.engine.season import play_seasons
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Games, Growth
@@ -23,7 +23,7 @@ SHORTER = SHORT.replace("= 3", "= 2").replace("= 20", "= 10")
 
 
 def season(seed, text=SHORT):
-    return Season(name="short", opponent="static", seed=seed, settings=parse(text, where="short.toml"))
+    return Season(name="short", opponent="static", seed=seed, settings=parse_season(text, where="short.toml"))
 
 
 def played(data, *seasons, on):

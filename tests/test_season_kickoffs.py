@@ -9,7 +9,7 @@ from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.measures import BRIEF, OTHER, OTHER_TIME
 from pitchlore.pipeline.report.report import about_comparisons
 from pitchlore.pipeline.report.sensitivity import sensitivity
-from pitchlore.pipeline.report.summary import beside_table_3, compared
+from pitchlore.pipeline.report.summary import beside_table_3, settings_compared
 from pitchlore.pipeline.seasons.tables import game_row
 
 STATIC, HUMAN = "static", "human-like"
@@ -101,7 +101,7 @@ def test_sensitivity():
 def test_variations_are_apart():
     """Variations are no settings beside others: the page leaves them out of its comparison."""
     games, _ = varied()
-    assert set(compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
+    assert set(settings_compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
     assert "paper-vary-" not in "\n".join(about_comparisons(games))
 
 

@@ -14,7 +14,7 @@ from pitchlore.pipeline.paradigms.rules.selection import (
     epsilon_greedy,
     mixed,
     sample,
-    select,
+    selection_weights,
 )
 
 HUGE, ALMOST_ONE = 1e308, math.nextafter(1.0, 0.0)
@@ -22,7 +22,7 @@ HUGE, ALMOST_ONE = 1e308, math.nextafter(1.0, 0.0)
 
 def weights(selection, values, temperature):
     out = np.full(len(values), np.nan)
-    select(selection, np.array(values, np.float64), temperature, out)
+    selection_weights(selection, np.array(values, np.float64), temperature, out)
     return out.tolist()
 
 

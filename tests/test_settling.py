@@ -13,20 +13,20 @@ from pitchlore.pipeline.paradigms.games import matrix
 from pitchlore.pipeline.paradigms.rules.iq import IQ
 from pitchlore.pipeline.paradigms.rules.jaq import JAQ
 from pitchlore.pipeline.paradigms.rules.memory import memory_of
-from pitchlore.pipeline.paradigms.rules.rules import number_of
+from pitchlore.pipeline.paradigms.rules.rules import rule_number
 from pitchlore.pipeline.paradigms.runner import (
     Training,
     dynamics_of,
     learner_of,
-    play,
+    play_runs,
     stream,
     trained,
 )
-from pitchlore.pipeline.paradigms.settling import Settling, look
+from pitchlore.pipeline.paradigms.settling import Settling, greedy_joint_action
 from pitchlore.schemas import Paradigms
 
 CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])
-RULE, PARAMS = number_of(JAQ()), JAQ().params(2)
+RULE, PARAMS = rule_number(JAQ()), JAQ().params(2)
 
 
 def team(beliefs):
@@ -46,7 +46,7 @@ def team(beliefs):
 def test_look(beliefs, joint, stays):
     """A look sees the greedy joint action, and whether it is an answer to itself; it changes no belief."""
     memory = team(beliefs)
-    now, is_answer = look(RULE, memory, PARAMS)
+    now, is_answer = greedy_joint_action(RULE, memory, PARAMS)
     assert (tuple(now), is_answer) == (joint, stays)
     np.testing.assert_array_equal(memory.occurrence[:, 0], beliefs)
 
@@ -62,10 +62,10 @@ def test_nothing_changes_any_more():
         assert bounded
         assert settled
         assert steps > 735
-        there = tuple(look(learner.rule, memory, learner.params)[0])
+        there = tuple(greedy_joint_action(learner.rule, memory, learner.params)[0])
         for _ in range(4):
             runner._train(rng, dynamics, learner, memory, 0, np.full(20 * steps, 0.01), False, 1)
-            assert tuple(look(learner.rule, memory, learner.params)[0]) == there
+            assert tuple(greedy_joint_action(learner.rule, memory, learner.params)[0]) == there
 
 
 def settled(beliefs, step_size=0.1, **more):
@@ -98,7 +98,7 @@ def test_printed_jaq_settles():
     game = matrix.climbing()
     temperatures = 16 * 0.999 ** np.arange(7375)
     ended, settled = (
-        play(game, JAQ(), Training(temperatures, settling=settling), runner.Testing(), runs=range(60), seeds=(1,))
+        play_runs(game, JAQ(), Training(temperatures, settling=settling), runner.Testing(), runs=range(60), seeds=(1,))
         for settling in (None, Settling()))
     equilibrium = matrix.pure_equilibria(game)
     assert not equilibrium[ended.last].any()

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from minisom import MiniSom
 
-from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, to_bytes, train
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, maps_to_bytes, train_map
 
 CODES = np.array([1, 11, 21, 44, 46, 57, 88, 118, 184, 194])
 
@@ -18,8 +18,8 @@ samples = st.lists(st.tuples(st.sampled_from(CODES.tolist()), st.sampled_from(CO
 
 
 def fit(codes, counts, rows=3, columns=3, epochs=10, seed=0, sigma_end=0.5):
-    return train(np.array(codes, dtype=np.int16), np.array(counts), rows, columns,
-                 epochs=epochs, seed=seed, sigma_end=sigma_end)
+    return train_map(np.array(codes, dtype=np.int16), np.array(counts), rows, columns,
+                     epochs=epochs, seed=seed, sigma_end=sigma_end)
 
 
 def drawn(samples=3000, n=4, seed=1):
@@ -100,8 +100,8 @@ def test_bytes(found):
     som = fit([row[:2] for row in found], [row[2] for row in found], 2, 3)
     other = fit([[1, 2]], [1], 1, 1)
     maps = {("../us\n", "vsss"): som, ("them", "ssl"): other}
-    data = to_bytes(maps)
-    assert to_bytes(maps) == data
+    data = maps_to_bytes(maps)
+    assert maps_to_bytes(maps) == data
     with np.load(io.BytesIO(data), allow_pickle=False) as back:
         assert json.loads(back["labels"].tobytes()) == [["../us\n", "vsss"], ["them", "ssl"]]
         assert np.array_equal(back["weights_0"].reshape(6, 2), som.weights)
@@ -112,10 +112,10 @@ def test_bytes(found):
 
 def test_bytes_hold_no_clock(monkeypatch):
     som = fit([[1], [5]], [1, 2])
-    data = to_bytes({("us", "vsss"): som})
+    data = maps_to_bytes({("us", "vsss"): som})
     monkeypatch.setattr("time.time", lambda: 2_000_000_000.0)
     monkeypatch.setattr("time.localtime", lambda *_: (2033, 5, 18, 3, 33, 20, 2, 138, 0))
-    assert to_bytes({("us", "vsss"): som}) == data
+    assert maps_to_bytes({("us", "vsss"): som}) == data
 
 
 def test_ties():

@@ -18,7 +18,7 @@ from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import channels
 from pitchlore.pipeline.importers.ssl_logs import tracker
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from pitchlore.pipeline.live.bodies import batch_of
+from pitchlore.pipeline.live.bodies import ssl_batch
 from pitchlore.pipeline.live.referee import RefereePacket, said_in
 
 TEAM = [("name", 1, "!string"), ("score", 2, "!uint32"), ("red_cards", 3, "!uint32"), ("yellow_cards", 5, "!uint32"),
@@ -83,9 +83,9 @@ def test_we_read_a_tracker() -> None:
         robot = frame.robots.add(orientation=math.pi / 2, vel_angular=-1.5, visibility=1.0)
         robot.robot_id.id, robot.robot_id.team = number, team
         robot.pos.x, robot.pos.y, robot.vel.x, robot.vel.y = 0.5, 1.25, 0.75, -0.125
-    batch = batch_of([Packet(CHANNELS["tracker"], 5, sent.SerializeToString())])
-    assert tracker.sources(batch)[0] == [("u-1", "TIGERs")]
-    seen, unused = tracker.samples(batch, "u-1", 0.0)
+    batch = ssl_batch([Packet(CHANNELS["tracker"], 5, sent.SerializeToString())])
+    assert tracker.trackers_of(batch)[0] == [("u-1", "TIGERs")]
+    seen, unused = tracker.tracker_samples(batch, "u-1", 0.0)
     assert tuple(unused) == (0, 0, 0)
     assert (seen.number.tolist(), seen.captured.tolist()) == ([42], [1_700_000_000.25])
     assert seen.ball.tolist() == [[1.5, -0.5, 2.0, 0.25]]

@@ -14,7 +14,7 @@ from pitchlore.pipeline.base.errors import StorageFailed
 from pitchlore.pipeline.store import Store, temporaries
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.sealed import read_model, sealed
-from pitchlore.pipeline.store.temporaries import beside, machine
+from pitchlore.pipeline.store.temporaries import machine, temporary_beside
 from pitchlore.pipeline.store.work import Made, Work
 
 #: No process has this number: Linux's are at most 2**22.
@@ -44,7 +44,7 @@ def test_temporaries_of_other_machines(tmp_path):
 
 def test_old_temporaries_of_other_machines(tmp_path):
     """Temporaries of another machine are removed after a day, by the disk's clock."""
-    young, old = beside(tmp_path / "young", "tmp"), beside(tmp_path / "old", "tmp")
+    young, old = temporary_beside(tmp_path / "young", "tmp"), temporary_beside(tmp_path / "old", "tmp")
     for path, age in ((young, 3600), (old, 25 * 3600)):
         path = path.with_name(path.name.replace(machine(), OTHER))
         path.touch()

@@ -29,7 +29,7 @@ from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.statistics import mean_interval
-from pitchlore.pipeline.seasons.settings import SeasonSettings, named, parse
+from pitchlore.pipeline.seasons.settings import SeasonSettings, named_settings, parse_season
 from pitchlore.pipeline.store.receipts import digest, software
 
 #: The checkout; its sample recording; where recordings may be that are not part of the project.
@@ -67,7 +67,7 @@ def settings_file(name: str) -> Path | None:
 def settings_of(name: str) -> SeasonSettings:
     """Settings of seasons by name: those of a study, or in the package."""
     path = settings_file(name)
-    return named(name) if path is None else parse(path.read_bytes(), str(path))
+    return named_settings(name) if path is None else parse_season(path.read_bytes(), str(path))
 
 
 def seasons(settings: str, seeds: Sequence[int], data: Path, *words: object) -> None:

@@ -30,11 +30,11 @@ from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
-from pitchlore.pipeline.seasons.settings import Season, named
+from pitchlore.pipeline.seasons.settings import Season, named_settings
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.views.scout.content.write import write as scouted
+from pitchlore.pipeline.views.scout.content.write import write_pages as scouted
 from pitchlore.schemas import Behaviours
 
 SAMPLE = Path("data/samples/rsim-vss-3v3.parquet")
@@ -104,7 +104,7 @@ def _play(store: Store, home: str, seed: int) -> str:
 
 def _season(store: Store) -> Season:
     """Play the remaining games of a short season."""
-    usual = named("best-in-games")
+    usual = named_settings("best-in-games")
     settings = usual.model_copy(update={
         "games": _GAMES, "referee": usual.referee.model_copy(update={"duration_s": _GAME_S})})
     season = Season(name="best-in-games", opponent="static", seed=1, settings=settings)

@@ -13,7 +13,7 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
 from pitchlore.flows.commands.printing import console, print_json, say
 from pitchlore.pipeline.live.driver import Job, Protocol, TeamColour, streams_of
-from pitchlore.pipeline.sessions.driving import drive
+from pitchlore.pipeline.sessions.driving import drive_team
 
 
 def drive_robots(
@@ -56,7 +56,7 @@ def drive_robots(
     (entrant,), policies = learners.entrants(store, team)
     streams = addressed(streams_of(protocol, side), None, at)
 
-    done = drive(store, Job(
+    done = drive_team(store, Job(
         protocol, side, entrant.settings, team, policies, robots, attacks, streams, interface, seconds, seed,
     ), say=say, listening=lambda addresses: say(listening_to(addresses)))
     if json:

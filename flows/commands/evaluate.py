@@ -25,7 +25,7 @@ from pitchlore.flows.commands.playing import (
     option,
 )
 from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in
-from pitchlore.pipeline.arena.match.recipe import slug
+from pitchlore.pipeline.arena.match.recipe import team_slug
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import renew
@@ -144,7 +144,7 @@ class _Measurement(NamedTuple):
         """Name of its files, without their ends: measurements with other options have others."""
         length = [] if self.minutes == MINUTES else [_option("minutes", f"{self.minutes:g}")]
         options = (word.removeprefix("--").replace(" ", "-") for word in (*length, *self.options))
-        return slug(self.summary.team, self.summary.opponent, *options)
+        return team_slug(self.summary.team, self.summary.opponent, *options)
 
     @property
     def command(self) -> str:

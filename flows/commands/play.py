@@ -15,7 +15,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.window import window_class
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import renew
-from pitchlore.pipeline.engine.record import is_played, recording, unplayed
+from pitchlore.pipeline.engine.record import is_played, match_log, unplayed
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.sessions.person import PersonMatch
@@ -59,7 +59,7 @@ def play(
     yours = PersonMatch(recipe, policies)
     match = yours.match
     names = ("you", against) if team == HOME else (against, "you")
-    with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
+    with open_window(recipe.pitch, names, recipe.physics.hz) as window, match_log(store, match) as log_it:
         yours.play(window, log_it)
     home, away = match.score
     if json:

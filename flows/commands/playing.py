@@ -18,7 +18,7 @@ from pitchlore.pipeline.arena.teams.clock import ClockSettings
 from pitchlore.pipeline.arena.teams.constant import BEST, constant
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.base.toml import over, tables
+from pitchlore.pipeline.base.toml import overlaid, toml_tables
 from pitchlore.pipeline.engine.teams import entrant, playing
 from pitchlore.pipeline.evaluations import Entrant
 from pitchlore.pipeline.store import Store
@@ -65,10 +65,10 @@ class Playing:
         """
         said = _lasting(minutes)
         if self.settings is not None:
-            said = over(said, tables(store.foreign(self.settings), str(self.settings)))
+            said = overlaid(said, toml_tables(store.foreign(self.settings), str(self.settings)))
             match_settings(said, str(self.settings))
         if self.minutes is not None:
-            said = over(said, _lasting(self.minutes))
+            said = overlaid(said, _lasting(self.minutes))
         if self.robots is not None:
             said["robots"] = self.robots
         return match_settings(said, "the options")

@@ -18,7 +18,7 @@ from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.preferences import side_by_side
 from pitchlore.pipeline.report.sensitivity import sensitivity, varied
-from pitchlore.pipeline.report.summary import ablated, compared, measured, played
+from pitchlore.pipeline.report.summary import ablated, measured, seasons_played, settings_compared
 from pitchlore.pipeline.report.table3 import GAMES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
@@ -50,14 +50,15 @@ def report(
     assert receipt is not None
     claims = table_of(store, receipt, Claims)
     if json:
-        print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),
+        print_json({"page": str(page), "played": seasons_played(games).to_dicts(),
+                    "claims": claims.to_dicts(),
                     "compared": _compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),
                     "kick_offs": kick_offs(games).to_dicts(),
                     "sensitivity": sensitivity(games, growth, PAPER).to_dicts(),
                     "measured": measured(games, evaluations).to_dicts(), "left_out": left_out,
                     "preferences": prefer.to_dicts(), "note": note_on(*games["opponent"].unique())})
     else:
-        print_frame(played(games), title="what was played")
+        print_frame(seasons_played(games), title="what was played")
         print_frame(_intervals(_compared(games), ("settings", "opponent", "seasons")),
                     title="settings beside each other (last games, 95 %)")
         if (changes := _changes(games)).height:
@@ -101,7 +102,7 @@ def _intervals(rows: pl.DataFrame, first: tuple[str, ...]) -> pl.DataFrame:
 
 
 def _compared(games: pl.DataFrame) -> pl.DataFrame:
-    return compared(games.filter(~varied()))
+    return settings_compared(games.filter(~varied()))
 
 
 def _changes(games: pl.DataFrame) -> pl.DataFrame:

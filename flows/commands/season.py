@@ -23,7 +23,7 @@ from pitchlore.pipeline.engine.games import next_of
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.season import play_seasons
-from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
+from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named_settings, names, parse_season
 from pitchlore.pipeline.sessions.human import check_person_can_play, sit
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, note_on
@@ -146,7 +146,7 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
         BadSettings: if a file cannot be used, or its name cannot name a season.
     """
     if not word.endswith(".toml"):
-        return word, named(word)
+        return word, named_settings(word)
     path = Path(word)
     if not re.match(SLUG, f"{path.stem}-{max(OPPONENTS, key=len)}-9999"):  # the longest id of its seasons
         raise BadSettings("its name cannot name a season", where=word,
@@ -154,7 +154,7 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     if path.stem in names():
         raise BadSettings("has the name of settings in the package", where=word,
                           next_step="Rename the file, and write base = \"...\" in it")
-    return path.stem, parse(store.foreign(path), where=word)
+    return path.stem, parse_season(store.foreign(path), where=word)
 
 
 def _summary(store: Store, wanted: list[Season]) -> tuple[pl.DataFrame, dict[str, str]]:

@@ -21,7 +21,7 @@ class Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-def tables(data: bytes | str, where: str) -> dict[str, Any]:
+def toml_tables(data: bytes | str, where: str) -> dict[str, Any]:
     """The tables of a TOML file.
 
     Raises:
@@ -85,10 +85,10 @@ def _keys(model: type[BaseModel], path: Sequence[int | str]) -> list[str]:
     return list(model.model_fields)
 
 
-def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     """The table ``below``, with the keys of ``above`` in place of its own, in all subtables."""
     out = dict(below)
     for key, value in above.items():
         both = isinstance(value, dict) and isinstance(out.get(key), dict)
-        out[key] = over(out[key], value) if both else value
+        out[key] = overlaid(out[key], value) if both else value
     return out

@@ -9,7 +9,7 @@ import polars as pl
 
 from pitchlore.pipeline.behaviours.neurons import neurons
 from pitchlore.pipeline.behaviours.shrinkage import valued
-from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
+from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train_map
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.schemas import Neurons, Patterns
@@ -85,7 +85,7 @@ def select(
             Patterns.empty(), np.empty(0, dtype=np.int64), Neurons.empty(), None, report)
     codes = grams["codes"].list.to_array(round_.n).to_numpy()
     counts = grams["count"].to_numpy()
-    som = train(
+    som = train_map(
         codes, counts, round_.rows, round_.columns,
         epochs=settings.epochs, seed=settings.seed, sigma_end=settings.sigma_end,
     )

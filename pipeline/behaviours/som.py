@@ -42,7 +42,7 @@ class SelfOrganisingMap:
     topographic_error: float
 
 
-def train(
+def train_map(
     codes: I16, counts: I64, rows: int, columns: int, *,
     epochs: int, seed: int, sigma_end: float,
 ) -> SelfOrganisingMap:
@@ -88,7 +88,7 @@ def best_matching_units(som: SelfOrganisingMap, codes: I16) -> I64:
     return _nearest(np.ascontiguousarray(codes, dtype=np.float64), som.weights)[0]
 
 
-def to_bytes(maps: Mapping[Label, SelfOrganisingMap]) -> bytes:
+def maps_to_bytes(maps: Mapping[Label, SelfOrganisingMap]) -> bytes:
     """The maps of grams of length n as an .npz file; the same maps give the same bytes.
 
     ``labels`` are bytes of JSON, a list for each map that tells it apart (team and league). For map m,

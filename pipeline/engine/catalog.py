@@ -79,7 +79,7 @@ class Look(NamedTuple):
     damaged: list[Vouched]
 
 
-def look(store: Store) -> Look:
+def check_files(store: Store) -> Look:
     """Check the files that are new, or were touched since the catalogue was made, against their SHA-256.
 
     The store doubts the damaged files from now on: outputs that have one of them are not done, so that they
@@ -205,7 +205,7 @@ def refresh(store: Store) -> tuple[Path, list[Vouched]]:
     """Build the catalogue aside and move it into place, if it is not up to date.
 
     A catalogue that another version of Pitchlore made, with other tables, is not. Damaged files are left
-    out, so that the others can be queried (:func:`look`).
+    out, so that the others can be queried (:func:`check_files`).
 
     Returns:
         The catalogue's path, and the files that were left out.

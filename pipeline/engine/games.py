@@ -90,7 +90,7 @@ def group_of(game: int) -> str:
     return f"game-{game:03d}"
 
 
-def play(data: Path, season: Season, game: int, recorder: MatchRecorder = record) -> list[str]:
+def play_game(data: Path, season: Season, game: int, recorder: MatchRecorder = record) -> list[str]:
     """Play the missing matches of a game. Returns the ids of all its matches, the counted one first.
 
     Args:
@@ -111,7 +111,7 @@ def play(data: Path, season: Season, game: int, recorder: MatchRecorder = record
     return [recipe.match_id for recipe in recipes]
 
 
-def learn(
+def learn_from_game(
     data: Path, season: Season, game: int, matches: list[str], discard: bool, stages: Chain = STAGES
 ) -> None:
     """Take a game's matches through all stages, train on them, and commit the game's rows."""
@@ -233,7 +233,7 @@ class Turn(NamedTuple):
         return Turn(self.season, self.game + 1) if self.game < self.season.settings.games else None
 
 
-def take(data: Path, turn: Turn, discard: bool, stages: Chain = STAGES) -> None:
+def take_game(data: Path, turn: Turn, discard: bool, stages: Chain = STAGES) -> None:
     """Play a game and learn from it; steps that are done already are not repeated.
 
     Args:
@@ -242,5 +242,5 @@ def take(data: Path, turn: Turn, discard: bool, stages: Chain = STAGES) -> None:
         discard: delete the game's logs and tables after learning from it, except its sides and decisions.
         stages: make what is learned.
     """
-    learn(data, turn.season, turn.game, play(data, turn.season, turn.game), discard, stages)
+    learn_from_game(data, turn.season, turn.game, play_game(data, turn.season, turn.game), discard, stages)
     give_back()

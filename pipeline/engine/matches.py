@@ -363,7 +363,7 @@ def keep(store: Store, match: MatchLog, data: Content, work: Work) -> Receipt:
     return store.commit(work, made(match, data))
 
 
-def mend(store: Store, receipt: Receipt) -> None:
+def mend_match(store: Store, receipt: Receipt) -> None:
     """Write a match's damaged tables anew from its log, if the log is whole and gives the same bytes."""
     try:
         data = store.read(receipt, "log")

@@ -33,7 +33,7 @@ class Done(Frozen):
 class Memo:
     """The matches for which all outputs of a leg are known to be done.
 
-    Files that are damaged are not noticed here, but by :func:`pipeline.engine.catalog.look`: while the store
+    Damaged files are not noticed here, but by :func:`pipeline.engine.catalog.check_files`: while the store
     doubts any, nothing is known to be done. Nothing is in a bucket either, for another machine may write to
     it.
 

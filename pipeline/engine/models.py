@@ -12,7 +12,7 @@ from pitchlore.pipeline.settings import ModelSettings
 from pitchlore.pipeline.store import Store
 
 
-def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) -> tuple[str, ...]:
+def matches_to_fit(store: Store, output: Output, scope: Scope, settings: ModelSettings) -> tuple[str, ...]:
     """The matches that the models of a group are fitted to, sorted; each league has models of its own.
 
     The matches of a league stand until there are twice as many, so that all fits together cost a few times
@@ -24,7 +24,7 @@ def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) 
     """
     leagues: dict[str, list[str]] = {}
     for match in scope.matches:
-        leagues.setdefault(kind_of(need(store, "matches", match)), []).append(match)
+        leagues.setdefault(league_kind(need(store, "matches", match)), []).append(match)
     try:
         standing = store.receipt("models", output.name)
     except CorruptFile:
@@ -34,7 +34,7 @@ def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) 
     return tuple(sorted(match for matches in chosen for match in matches))
 
 
-def kind_of(match: Held) -> str:
+def league_kind(match: Held) -> str:
     """The league of a match."""
     return str(match.details["pitch"]["kind"])
 

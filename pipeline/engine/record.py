@@ -36,7 +36,7 @@ def record(
     if there is not None:
         return there, False
     match = MatchInPlay(recipe, controllers_of(recipe, policies or {}))
-    with recording(store, match) as log_it:
+    with match_log(store, match) as log_it:
         while match.advance(PART):
             log_it()
     there = recorded(store, recipe)
@@ -73,7 +73,7 @@ def unplayed(store: Store, recipe: Recipe) -> Recipe:
 
 
 @contextmanager
-def recording(store: Store, match: MatchInPlay) -> Iterator[Callable[[], None]]:
+def match_log(store: Store, match: MatchInPlay) -> Iterator[Callable[[], None]]:
     """Log a match while it is played; when the body ends, commit the match as its log says.
 
     If the process is killed, the logged part stays in ``playing/``. If the body raises, all that was played

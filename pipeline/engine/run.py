@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine import knowledge, policies
-from pitchlore.pipeline.engine.catalog import look, refresh_after, refresh_into
+from pitchlore.pipeline.engine.catalog import check_files, refresh_after, refresh_into
 from pitchlore.pipeline.engine.costs import Cost, Spent, spending
 from pitchlore.pipeline.engine.history import LOG, noted
 from pitchlore.pipeline.engine.imports import import_all
@@ -230,7 +230,7 @@ def suspecting(data: Path) -> Store:
         BadSettings, StorageFailed: as for :func:`swept`.
     """
     store = swept(data)
-    look(store)
+    check_files(store)
     return store
 
 

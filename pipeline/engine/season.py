@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
 from pitchlore.pipeline.engine.catalog import refresh_into
-from pitchlore.pipeline.engine.games import NOUN, Turn, next_of, take
+from pitchlore.pipeline.engine.games import NOUN, Turn, next_of, take_game
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport, listener
 from pitchlore.pipeline.engine.run import suspecting
@@ -50,7 +50,7 @@ def play_seasons(
                 while waiting and len(pool) < workers.width:
                     turn = max(waiting, key=lambda turn: turn.left)
                     waiting.remove(turn)
-                    pool.submit(turn, "game", turn.label, workers.run, take, root, turn, discard)
+                    pool.submit(turn, "game", turn.label, workers.run, take_game, root, turn, discard)
                 for turn, result in pool.ended():
                     following = _end(turn, result, report)
                     if following is not None:

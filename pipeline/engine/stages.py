@@ -145,7 +145,7 @@ def _models(inputs: Inputs, settings: ModelSettings) -> Made:
     shots: dict[str, dict[str, tuple[pl.DataFrame, Pitch]]] = {}
     tables_of = (inputs.tables("moments", Moments), inputs.tables("events", Shots))
     for match, table, of_match in zip(inputs["matches"], *tables_of, strict=True):
-        kind = models.kind_of(match)
+        kind = models.league_kind(match)
         leagues.setdefault(kind, {})[match.name] = table
         shots.setdefault(kind, {})[match.name] = of_match, Pitch.model_validate(match.details["pitch"])
     blobs, reports, of_shots = {}, {}, {}
@@ -153,8 +153,8 @@ def _models(inputs: Inputs, settings: ModelSettings) -> Made:
         found, reports[kind] = fit(pl.concat(tables.values()), settings, shipped())
         if found is not None:
             blobs[kind] = ("npz", to_bytes(found))
-        by_shots, of_shots[kind] = shooting.fit(shots[kind], settings.penalty)
-        blobs[_shots_of(kind)] = ("npz", chances.to_bytes(by_shots))
+        by_shots, of_shots[kind] = shooting.fit_shots(shots[kind], settings.penalty)
+        blobs[_shots_of(kind)] = ("npz", chances.chances_to_bytes(by_shots))
     matches = {kind: list(tables) for kind, tables in leagues.items()}
     return Made([], blobs=blobs, details={"report": reports, "shots": of_shots, "matches": matches})
 
@@ -165,12 +165,12 @@ def _shots_of(kind: str) -> str:
 
 
 def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
-    from pitchlore.pipeline.values.chances import chances, from_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.values.chances import chances, chances_from_bytes  # noqa: PLC0415 (see above)
 
     fitted = inputs.blob("models", _shots_of(inputs.pitch.kind))
     (match,) = inputs["matches"]
     table = chances(match.name, inputs.table("events", Shots), inputs.pitch,
-                    from_bytes(fitted) if fitted else None, settings)
+                    chances_from_bytes(fitted) if fitted else None, settings)
     return Made([(table, Chances)], details={"goals_at_least": settings.goals_at_least})
 
 
@@ -216,24 +216,24 @@ def _counting(sides: Sequence[Held]) -> dict[str, dict[str, Team]]:
 
 def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
     from pitchlore.pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.behaviours.som import maps_to_bytes  # noqa: PLC0415 (see above)
 
     learned = learn(lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]), settings)
     return Made(
         [(learned.patterns, Patterns), (learned.grams, Grams), (learned.neurons, Neurons)],
-        blobs={f"maps-n{n}": ("npz", to_bytes(maps)) for n, maps in learned.maps.items()},
+        blobs={f"maps-n{n}": ("npz", maps_to_bytes(maps)) for n, maps in learned.maps.items()},
         details={"reports": learned.reports},
     )
 
 
 def _decisions(inputs: Inputs, settings: Frozen) -> Made:
-    from pitchlore.pipeline.decisions import choosing, decide, digests  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.decisions import all_decisions, choosing, decision_digests  # noqa: PLC0415 (see above)
 
-    table = decide(
+    table = all_decisions(
         lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]),
         inputs.table("behaviours", Patterns), pl.concat(inputs.batches("sequences", Choices)),
     )
-    found, logged = digests(table), choosing(table)
+    found, logged = decision_digests(table), choosing(table)
     told = {match.name: {"sha256": found.get(match.name, digest(b"")),
                          "choosing": logged.get(match.name, [])} for match in inputs["sequences"]}
     return Made([(table, Decisions)], details={
@@ -249,7 +249,8 @@ STAGES = Chain(
     Stage("events", Per.MATCH, ("matches", "trajectories"),
           (Possession, Passes, Shots, Pressure, Restarts), 5, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
-    Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models, choose=models.choose),
+    Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models,
+          choose=models.matches_to_fit),
     Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 3, _values),

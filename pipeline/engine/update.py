@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import PitchloreError
-from pitchlore.pipeline.engine.catalog import look
+from pitchlore.pipeline.engine.catalog import check_files
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
-from pitchlore.pipeline.engine.matches import mend
+from pitchlore.pipeline.engine.matches import mend_match
 from pitchlore.pipeline.engine.memo import Memo
 from pitchlore.pipeline.engine.outputs import match_names
 from pitchlore.pipeline.engine.progress import RunReport
@@ -96,11 +96,11 @@ def look_for_damage(store: Store, report: RunReport) -> None:
     The store doubts damaged outputs from now on, so that they are made again.
     """
     report.stage("matches").failed |= store.unreadable("matches")
-    damaged = look(store).damaged
+    damaged = check_files(store).damaged
     for file in damaged:
         if file.receipt.noun == "matches":
-            mend(store, file.receipt)
-    for file in look(store).damaged if damaged else ():
+            mend_match(store, file.receipt)
+    for file in check_files(store).damaged if damaged else ():
         noun, name = file.receipt.noun, file.receipt.name
         if isinstance(file.receipt, Manifest):
             report.stage(noun).failed[f"version {file.receipt.version}"] = file.advice

@@ -46,7 +46,7 @@ class Control(NamedTuple):
         return here[same], there[same]
 
 
-def control(trajectories: pl.DataFrame, pitch: Pitch) -> Control:
+def ball_control(trajectories: pl.DataFrame, pitch: Pitch) -> Control:
     """Control of the ball in one match.
 
     Args:

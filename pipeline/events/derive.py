@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pitchlore.pipeline.events.control import control
+from pitchlore.pipeline.events.control import ball_control
 from pitchlore.pipeline.events.passes import passes
 from pitchlore.pipeline.events.possession import possession
 from pitchlore.pipeline.events.pressure import pressure
@@ -39,7 +39,7 @@ def events(
         pitch: pitch of the match.
         settings: settings of the stage.
     """
-    held, over = control(trajectories, pitch), episodes(trajectories, referee)
+    held, over = ball_control(trajectories, pitch), episodes(trajectories, referee)
     if not len(held.contacts.first):
         return Events(Possession.empty(), Passes.empty(), Shots.empty(), Pressure.empty(),
                       restarts(held, Shots.empty(), referee, over))

@@ -271,10 +271,10 @@ class League:
             BadSettings: if the data folder is a bucket, and no folder is named.
         """
         from pitchlore.pipeline.engine.placement.places import placed  # noqa: PLC0415 (loaded when asked for)
-        from pitchlore.pipeline.views.scout.content.write import write  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.scout.content.write import write_pages  # noqa: PLC0415 (loaded when asked for)
 
         with placed(on, self.store.root):
-            return write(self.store, None if folder is None else Path(folder), names)
+            return write_pages(self.store, None if folder is None else Path(folder), names)
 
     def minari(self, dataset: str, *matches: str) -> Dataset:
         """Write decisions of matches as a dataset of Minari, where Minari keeps its own.

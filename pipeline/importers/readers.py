@@ -187,7 +187,7 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
         DamagedLog, NoFrames: if it is a log of ours of which nothing can be read.
     """
     if source.provider is not None:
-        return _checked(football.match_of(dataset_of(source), source), source)
+        return _checked(football.match_of_dataset(dataset_of(source), source), source)
     if source.format is None:
         what = "is not a recording of a known format" if source.content else "is empty"
         theirs = csv_file.is_markup(source.content[:_BEGIN])

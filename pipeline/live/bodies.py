@@ -126,7 +126,7 @@ class _Ssl:
         seen = [packet for packet in packets if packet.channel in kinds]
         if not seen:
             return
-        detections, _ = vision.detections(batch_of(seen))
+        detections, _ = vision.detections(ssl_batch(seen))
         bodies = detections.bodies
         balls = bodies[bodies[:, vision.TEAM] == vision.BALL]
         if len(balls):
@@ -148,7 +148,7 @@ def _row(team: int, number: int, robots: int) -> int | None:
     return 1 + number if team == vsss.BLUE else 1 + robots + number
 
 
-def batch_of(packets: Sequence[Packet]) -> Batch:
+def ssl_batch(packets: Sequence[Packet]) -> Batch:
     """Packets as the reader of SSL logs takes them."""
     data, start, end = laid_out(packets)
     count = len(packets)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controller_of
-from pitchlore.pipeline.arena.match.match import decisions_of, frames_of
+from pitchlore.pipeline.arena.match.match import decisions_of, logged_frames
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
 from pitchlore.pipeline.game.bodies import see
@@ -106,7 +106,7 @@ class Job:
         return 1 if usual == (half == 1) else -1
 
 
-def commands_of(job: Job, wheels: F64) -> bytes:
+def wheel_packet(job: Job, wheels: F64) -> bytes:
     """The packet that turns the wheels of a team, float64 [N, 2], m/s."""
     if job.protocol == "vsss":
         return wheel_commands(Wheels(job.colour == "yellow", number, left, right)
@@ -266,7 +266,7 @@ class Driver:
         events, self._events = self._events, []
         team: Side = SIDES[self._job.side]
         if samples:
-            self._recorder.frames(frames_of(np.array(samples), self._first, HZ))
+            self._recorder.frames(logged_frames(np.array(samples), self._first, HZ))
             self._first += len(samples)
         self._recorder.referee(referee(self._match_id, events))
         self._recorder.decisions(decisions_of(self._controller.decided(), team, self._match_id, HZ))

@@ -22,7 +22,7 @@ from pitchlore.pipeline.importers.ssl_logs.samples import CapturedSamples, frame
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detections
 from pitchlore.pipeline.importers.ssl_logs.wire import fields
-from pitchlore.pipeline.live.bodies import batch_of
+from pitchlore.pipeline.live.bodies import ssl_batch
 from pitchlore.pipeline.live.screening import laid_out
 from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames
 
@@ -70,7 +70,7 @@ def _vsss_size(seen: Sequence[Packet]) -> dict[str, float] | None:
 
 
 def _ssl_size(seen: Sequence[Packet]) -> dict[str, float] | None:
-    batch = batch_of(seen)
+    batch = ssl_batch(seen)
     sizes = geometry.sizes(batch, fields(batch.data, batch.start, batch.end)[0])
     return max(sizes, key=lambda size: sizes[size]).metres() if sizes else None
 
@@ -117,14 +117,14 @@ class _Ssl:
         self._begun_ns = 0
 
     def take(self, packets: Sequence[Packet]) -> Frames:
-        batch = batch_of(packets)
+        batch = ssl_batch(packets)
         seen, _ = vision.detections(batch.of(VISION_2010, VISION_2014))
         samples = [self._merger.add(seen)]
         if self._is_whole(seen):
             samples.append(self._merger.rest())
         tracked = batch.of(TRACKER)
         if len(tracked.kind):
-            known, _ = tracker.sources(tracked)
+            known, _ = tracker.trackers_of(tracked)
             if self._tracker is None:
                 self._tracker = known[0][0]
             if any(uuid == self._tracker for uuid, _ in known):
@@ -133,7 +133,7 @@ class _Ssl:
             if packets and packets[-1].t_ns - self._heard_ns > _SILENT_NS:
                 self._tracker = None
             else:
-                samples = [tracker.samples(tracked, self._tracker, self._visibility)[0]]
+                samples = [tracker.tracker_samples(tracked, self._tracker, self._visibility)[0]]
         return self._timed(samples)
 
     def _is_whole(self, seen: Detections) -> bool:

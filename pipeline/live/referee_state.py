@@ -60,7 +60,7 @@ class RefereeState:
                 self.half = 2 if command.half >= 2 else 1
         seen = [packet for packet in packets if packet.channel == self._channels["vision"]]
         if seen:
-            self._count(vsss.score(vsss.environments(*laid_out(seen[-1:]))) or (None, None))
+            self._count(vsss.goals_counted(vsss.environments(*laid_out(seen[-1:]))) or (None, None))
 
     def _ssl(self, packet: Packet) -> None:
         said = said_in(packet)

@@ -155,7 +155,7 @@ class _Vsss:
             found = vsss.environments(*laid_out(seen))
             steps = np.nan_to_num(found.frames[:, vsss.STEP]).astype(np.int64)
             self._frames.add((packet.t_ns for packet in seen), np.zeros_like(steps), steps)
-            if (score := vsss.score(found)) is not None:
+            if (score := vsss.goals_counted(found)) is not None:
                 self._score = (str(score[0]), str(score[1]))
         told = [packet for packet in packets if packet.channel == channel["referee"]]
         if told:

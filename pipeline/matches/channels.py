@@ -71,7 +71,7 @@ def declarations(ids: Iterable[int]) -> tuple[list[Schema], list[Channel]]:
     return schemas, channels
 
 
-def fields(definition: str) -> list[tuple[str, str]]:
+def field_types(definition: str) -> list[tuple[str, str]]:
     """Type and name of each field, which decide the layout of a message.
 
     Comments, constants and the package of a part do not.

@@ -20,7 +20,7 @@ _OF_ANOTHER_VERSION = ("missing", "extra_forbidden")
 _OTHER_VERSION = "Read it with the version that wrote it"
 
 
-def describe(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
+def description_of(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
     """Info and quality as JSON, with their own CRC, which tells a good copy from a bad one."""
     about = info.model_dump(mode="json", exclude={"recording"} if info.recording is None else None)
     texts = {

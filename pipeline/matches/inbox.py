@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.matches import cdr
-from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, fields
+from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, field_types
 from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Frames, Heights
 from pitchlore.pipeline.matches.messages import Collector, Messages, log_times
 from pitchlore.pipeline.matches.quality import Flaw
@@ -43,7 +43,7 @@ class Inbox:
         self._topics[channel] = f"messages on {name}, which is not of a match"
         for ours, topic in TOPICS.items():
             if topic.name == name:
-                alike = definition is not None and fields(definition) == fields(topic.definition())
+                alike = definition is not None and field_types(definition) == field_types(topic.definition())
                 self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
 
     def reserve(self, capacity: int) -> None:

@@ -21,7 +21,7 @@ from pitchlore.pipeline.matches.channels import (
     TOPICS,
     declarations,
 )
-from pitchlore.pipeline.matches.description import METADATA, describe
+from pitchlore.pipeline.matches.description import METADATA, description_of
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
 from pitchlore.pipeline.matches.messages import Messages, lay_out
@@ -46,7 +46,7 @@ class Recorder:
     def __init__(self, stream: BinaryIO, info: MatchInfo, *, chunk_bytes: int = CHUNK_BYTES) -> None:
         self._info = info
         self._file = McapWriter(stream, profile=Profile.ROS2, library="pitchlore", chunk_bytes=chunk_bytes)
-        self._file.describe(METADATA, describe(info, Quality.empty()))
+        self._file.describe(METADATA, description_of(info, Quality.empty()))
         self._file.declare(*declarations(ALWAYS))
 
     def frames(self, frames: Frames) -> None:
@@ -104,7 +104,7 @@ class Recorder:
             check(quality, Quality, where=self._info.match_id)
         self._file.flush()
         # once more: with what is known now, and so that one bad byte cannot make the log anonymous
-        self._file.describe(METADATA, describe(info or self._info, quality))
+        self._file.describe(METADATA, description_of(info or self._info, quality))
         self._file.close()
 
     def _append_rows(

@@ -25,7 +25,7 @@ from pitchlore.pipeline.paradigms.measures import (
     at_decay,
     best,
     best_decay,
-    change,
+    change_over_decays,
     compared,
     fall,
     lead,
@@ -117,17 +117,18 @@ CLAIMS: tuple[Claim[pl.DataFrame], ...] = (
           "P(optimal), greatest distance over k of IVQ and IL-B", widest_gap("IVQ", "IL-B"), ALMOST,
           by_panel=True),
     *(_claim(6, f"With more exploration {name}'s probability falls", (name,),
-            "P(optimal), mean over k: slowest - fastest decay", change(name), BELOW)
+            "P(optimal), mean over k: slowest - fastest decay", change_over_decays(name), BELOW)
       for name in ("IL-A", "IL-B")),
     _claim(6, "With more exploration IVQ's probability rises", ("IVQ",),
-          "P(optimal), mean over k: slowest - fastest decay", change("IVQ"), ABOVE),
+          "P(optimal), mean over k: slowest - fastest decay", change_over_decays("IVQ"), ABOVE),
 
     *(_claim(7, f"With more exploration {name}'s path is shorter", (name,),
-            "steps to the optimum, mean over k: slowest - fastest decay", change(name), BELOW,
+            "steps to the optimum, mean over k: slowest - fastest decay", change_over_decays(name), BELOW,
             of=path_length) for name in GRID),
     # of the independent learners the paper says the opposite beside Figure 6
     *(_claim(7, f"With more exploration {name}'s probability rises (said of all learners)", (name,),
-            "P(optimal), mean over k: slowest - fastest decay", change(name), ABOVE) for name in GRID),
+            "P(optimal), mean over k: slowest - fastest decay", change_over_decays(name), ABOVE)
+      for name in GRID),
     _claim(7, "IVQ is best in probability and path length joined", GRID,
           "P(optimal), mean over k: IVQ - best of the others",
           lead("IVQ", ("IL-A", "IL-B", "JAQ")), NOT_LESS_LIKELY, by_panel=True),

@@ -23,7 +23,7 @@ from pitchlore.pipeline.paradigms.games.matrix import (
 )
 from pitchlore.pipeline.paradigms.rules.rules import AnyLearner
 from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
-from pitchlore.pipeline.paradigms.runner import Runs, Testing, Training, play
+from pitchlore.pipeline.paradigms.runner import Runs, Testing, Training, play_runs
 from pitchlore.pipeline.paradigms.settling import Settling
 from pitchlore.pipeline.store.receipts import digest
 from pitchlore.schemas import Paradigms
@@ -147,7 +147,7 @@ class Curve(Frozen):
         # no two points share this, nor random numbers
         point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
         temperature = 0.0 if self.test_by == "greedy" else float(temperatures[-1])
-        played = play(
+        played = play_runs(
             game, self.rule,
             Training(temperatures, selection, self.tick, self.episode_steps,
                      Settling() if self.settle else None),

@@ -105,7 +105,7 @@ def widest_gap(one: str, other: str) -> Measure:
     return measure
 
 
-def change(learner: str) -> Measure:
+def change_over_decays(learner: str) -> Measure:
     """Measure: the curve at the slowest decay (most exploration) minus that at the fastest, mean over k."""
 
     def measure(curves: Curves) -> Estimate | None:

@@ -51,7 +51,7 @@ def _greedy(rule: int, memory: Memory, params: Params, s_t: I64, worth: F64, a_t
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def look(rule: int, memory: Memory, params: Params) -> tuple[I64, bool]:
+def greedy_joint_action(rule: int, memory: Memory, params: Params) -> tuple[I64, bool]:
     """The greedy joint action, int64 [N], and whether it stays if everybody is certain of the others'.
 
     The game has one state. The memory is left as it was.

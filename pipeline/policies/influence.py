@@ -21,7 +21,7 @@ from pitchlore.pipeline.numbers.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def opinion(relative: float, share: float) -> float:
+def opinion_on(relative: float, share: float) -> float:
     """A judge's opinion on an action (equation 5): with repetition protest grows and praise fades.
 
     Args:
@@ -59,7 +59,7 @@ def _fill_values(
             opinions = 0.0
             for judge in range(len(latest)):
                 if judge != robot[row] and latest[judge] >= 0 and not np.isnan(errors[latest[judge]]):
-                    opinions += opinion(errors[latest[judge]], share[pair[row]])
+                    opinions += opinion_on(errors[latest[judge]], share[pair[row]])
             out[row] = rate * opinions
         start = stop
 

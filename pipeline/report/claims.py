@@ -26,15 +26,15 @@ from pitchlore.pipeline.report.measures import (
     SeasonMeasure,
     Seasons,
     both,
-    compared,
-    greatest,
+    greatest_in_games,
     grown_without_training,
     known,
     least_step,
     less,
-    mean,
+    mean_in_games,
     overall_other,
-    printed,
+    paper_value,
+    season_evidence,
     slope,
     total,
 )
@@ -67,8 +67,8 @@ def _claim(
     item: str, text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: SeasonMeasure,
     stated: Range, *, pooling: Pooling = "mean", in_table_3: bool = False, by_construction: bool = False,
 ) -> Claim[Seasons]:
-    """Claim about seasons; see :func:`pipeline.report.measures.compared` for the arguments."""
-    evidence = compared(sides, measure, pooling, in_table_3=in_table_3)
+    """Claim about seasons; see :func:`pipeline.report.measures.season_evidence` for the arguments."""
+    evidence = season_evidence(sides, measure, pooling, in_table_3=in_table_3)
     return Claim(item, text, quantity, stated, evidence, by_construction=by_construction)
 
 
@@ -87,14 +87,14 @@ def _about(
 ) -> Iterator[Claim[Seasons]]:
     """Claims that a quantity is about as great as in the paper's columns."""
     for kind in kinds:
-        value = printed(measure, kind)
+        value = paper_value(measure, kind)
         about = Range(f"about {value:,.4g}{unit} (half to double)", value / 2, 2 * value)
         yield _table_3(text, kind, quantity, measure, about, pooling="percent" if unit else "count",
                        by_construction=by_construction)
 
 
-_BEFORE = mean(OTHER, 1, CHANGE - 1)
-_AFTER = mean(OTHER, CHANGE, CHANGE + 9)
+_BEFORE = mean_in_games(OTHER, 1, CHANGE - 1)
+_AFTER = mean_in_games(OTHER, CHANGE, CHANGE + 9)
 #: Rise of other actions after the change of the score, %.
 JUMP = less(_AFTER, _BEFORE)
 #: 1 if other actions are almost none before the change of the score and more than that after, else 0.
@@ -106,11 +106,13 @@ _REVERSED = ((PAPER, STATIC), (PAPER, HUMAN))
 
 CLAIMS: tuple[Claim[Seasons], ...] = (
     *(_table_3("The first game knows only random actions", kind, "other actions in game 1, %",
-               mean(OTHER, 1, 1), ZERO, pooling="percent", by_construction=True) for kind in (HUMAN, STATIC)),
+               mean_in_games(OTHER, 1, 1), ZERO, pooling="percent", by_construction=True)
+      for kind in (HUMAN, STATIC)),
     _table_3("Against humans new actions are used from game 2 on", HUMAN, "other actions in game 2, %",
-             mean(OTHER, 2, 2), ABOVE, pooling="percent"),
+             mean_in_games(OTHER, 2, 2), ABOVE, pooling="percent"),
     _table_3("Against humans new actions are used in every game from game 2 on", HUMAN,
-             f"share of games 2 to {GAMES} with other actions", mean(_SOME, 2, GAMES), ALL, pooling="share"),
+             f"share of games 2 to {GAMES} with other actions", mean_in_games(_SOME, 2, GAMES), ALL,
+             pooling="share"),
     _table_3("Against humans new actions grow in the first ten games", HUMAN,
              "slope of other actions in games 1 to 10, % a game", slope(OTHER, *_EARLY), ABOVE),
     _table_3("After these the progress is slower", HUMAN,
@@ -122,31 +124,32 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
              "other actions in games 1 to 10, mean %", _BEFORE, ALMOST_NONE, pooling="percent"),
     _table_3("… and it does from game 11 on, when the score is changed", STATIC,
              "other actions in game 11 less those in games 1 to 10, %",
-             less(mean(OTHER, CHANGE, CHANGE), _BEFORE), ABOVE),
+             less(mean_in_games(OTHER, CHANGE, CHANGE), _BEFORE), ABOVE),
     _table_3("… and it does from game 11 on, when the score is changed", STATIC,
              "other actions in games 11 to 20 less those in games 1 to 10, mean %", JUMP, ABOVE),
     _claim("Table 3", "Both halves of this hold in a season", ((PAPER, STATIC),),
           "share of seasons with almost none in games 1 to 10 and more in games 11 to 20",
           EVOLVES, MOST, pooling="seasons"),
     *(_table_3("The rate of new actions stays low", kind, "greatest share of other actions in a game, %",
-               greatest(OTHER, 1, GAMES), LOW_RATE, pooling="percent") for kind in (HUMAN, STATIC)),
+               greatest_in_games(OTHER, 1, GAMES), LOW_RATE, pooling="percent") for kind in (HUMAN, STATIC)),
     *(_table_3("The column falls back to zero in some later games", kind,
                f"games of 12 to {GAMES} without other actions",
                total((~_SOME).cast(pl.Int64), CHANGE + 1, GAMES), ABOVE, pooling="count")
       for kind in (HUMAN, STATIC)),
     _claim("Table 3", "Against humans more new actions are executed", _BOTH,
-          f"other actions in games 11 to {GAMES}, mean %", mean(OTHER, *_LATER), ABOVE, pooling="percent",
+          f"other actions in games 11 to {GAMES}, mean %", mean_in_games(OTHER, *_LATER), ABOVE,
+          pooling="percent",
           in_table_3=True),
     _claim("Table 3", "Against humans more new actions are executed", _BOTH,
           "other actions in the season", total(pl.col("other_actions"), 1, GAMES), ABOVE, in_table_3=True),
-    *_about("Actions in a game", "actions a game, mean", mean(pl.col("actions"), 1, GAMES),
+    *_about("Actions in a game", "actions a game, mean", mean_in_games(pl.col("actions"), 1, GAMES),
             by_construction=True),
     *_about("New actions over all games", "other of all actions, %", overall_other(1, GAMES), " %"),
     *_about("New actions in games 1 to 10", "other actions in games 1 to 10, mean %", _BEFORE, " %",
             kinds=(HUMAN,)),
     *_about("New actions in games 11 to 20", "other actions in games 11 to 20, mean %", _AFTER, " %"),
     *_about("New actions in games 21 to 35", "other actions in games 21 to 35, mean %",
-            mean(OTHER, 21, GAMES), " %"),
+            mean_in_games(OTHER, 21, GAMES), " %"),
 
     *(_claim("Figure 8", "The number of states never falls", ((PAPER, kind),),
             "least change of a role's states from game to game", least_step("states", 1, GAMES), NOT_BELOW,
@@ -171,13 +174,13 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
       for column, what in (("behaviours", "distinct behaviours"), ("pairs", "pairs of state and behaviour"))
       for role in ROLES),
     *(_claim("Figure 10", "Trained against humans it makes more goals", _BOTH, f"{what}, mean a game",
-            mean(value, 1, GAMES), ABOVE)
+            mean_in_games(value, 1, GAMES), ABOVE)
       for value, what in ((EFFECTIVE, "goals by direct or indirect action"),
                           (pl.col("direct"), "goals by direct action alone"))),
 )
 
 
-def verdicts(seasons: Seasons, claims: Iterable[Claim[Seasons]] = CLAIMS) -> pl.DataFrame:
+def season_verdicts(seasons: Seasons, claims: Iterable[Claim[Seasons]] = CLAIMS) -> pl.DataFrame:
     """Schema Claims: one row for each claim, in their order.
 
     A claim without seasons is not judged, unless the paper's own Table 3 contradicts it.

@@ -37,7 +37,7 @@ def picture(name: str, caption: str) -> str:
     return f"![{caption}]({name}.png)\n\n{caption}"
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[bool]) -> str:
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[bool]) -> str:
     """Markdown of a table; the cells' text is shown as it is.
 
     Args:

@@ -144,7 +144,7 @@ def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:
     return rows if rows["game"].n_unique() == last - first + 1 else None
 
 
-def mean(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
+def mean_in_games(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     """Measure: the mean of a value over games ``first`` to ``last``; of a condition, the share."""
     return _of_phase(first, last, lambda rows: rows.select(value.mean()).item())
 
@@ -154,7 +154,7 @@ def total(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     return _of_phase(first, last, lambda rows: rows.select(value.sum()).item())
 
 
-def greatest(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
+def greatest_in_games(value: pl.Expr, first: int, last: int) -> SeasonMeasure:
     """Measure: the greatest value in games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.max()).item())
 
@@ -238,12 +238,12 @@ def grown_without_training(column: str, first: int, last: int) -> SeasonMeasure:
     return measure
 
 
-def printed(measure: SeasonMeasure, column: str) -> float:
+def paper_value(measure: SeasonMeasure, column: str) -> float:
     """Number of the paper's own season in a column of Table 3."""
     return measure(SeasonTables(table3.games(column)))
 
 
-def compared(
+def season_evidence(
     sides: Sequence[tuple[str, str]], measure: SeasonMeasure, pooling: Pooling = "mean",
     trials: Callable[[SeasonTables], int] = lambda _: 1, *, in_table_3: bool = False,
 ) -> Callable[[Seasons], Iterator[Evidence]]:
@@ -266,7 +266,7 @@ def compared(
         ours = [(name, table3.beside(column, {there for own, there in seasons if own == name}))
                 for name, column in sides]
         estimates, counts = zip(*(estimate(seasons.get(side, ())) for side in ours), strict=True)
-        paper = reduce(sub, [printed(measure, column) for _, column in sides]) if in_table_3 else None
+        paper = reduce(sub, [paper_value(measure, column) for _, column in sides]) if in_table_3 else None
         settings, opponents = (" less ".join(dict.fromkeys(words)) for words in zip(*ours, strict=True))
         about = {"settings": settings, "opponent": opponents, "seasons": min(counts), "table_3": paper}
         yield Evidence(reduce(difference, estimates), min(counts), about, paper)

@@ -16,7 +16,7 @@ _DOES: dict[str, pl.DataType] = {
 NO_PREFERENCES = pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
 
 
-def preferred(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
+def preferred_by_role(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
     """Preferred behaviour of each role by a policy whose key has no state but the role.
 
     Args:

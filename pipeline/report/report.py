@@ -12,11 +12,18 @@ import polars as pl
 
 from pitchlore.pipeline.numbers.claims import counted
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER, STATIC
-from pitchlore.pipeline.report.document import interval, number, picture, table
+from pitchlore.pipeline.report.document import interval, markdown_table, number, picture
 from pitchlore.pipeline.report.sensitivity import varied
-from pitchlore.pipeline.report.summary import LAST, attributed, beside_table_3, compared, measured, played
+from pitchlore.pipeline.report.summary import (
+    LAST,
+    attributed,
+    beside_table_3,
+    measured,
+    seasons_played,
+    settings_compared,
+)
 from pitchlore.pipeline.report.table3 import CHANGE, GAMES
-from pitchlore.pipeline.seasons.settings import named
+from pitchlore.pipeline.seasons.settings import named_settings
 from pitchlore.schemas import STAND_IN, called
 from pitchlore.schemas.seasons import PERSON
 
@@ -84,13 +91,14 @@ def about_played(games: pl.DataFrame, software: str) -> Iterator[str]:
         "are means over seasons, bands are their intervals.")
     yield f"**{_people(games)}**"
     yield "## Seasons and matches played"
-    yield renamed(played(games), {
+    yield renamed(seasons_played(games), {
         "lead": "apprentice's lead", "minutes": "minutes a game", "situations": "situations a game",
         "knowledge": "last knowledge version", "policy": "last policy version",
     })
     if BEST in games["settings"]:
-        yield (f"An apprentice of `{BEST}` plays {named(BEST).practice} more matches beside each game, "
-               "for learning only. Its ablations do so, too, unless they vary this.")
+        practice = named_settings(BEST).practice
+        yield (f"An apprentice of `{BEST}` plays {practice} more matches beside each game, for learning only. "
+               " Its ablations do so, too, unless they vary this.")
 
 
 def _people(games: pl.DataFrame) -> str:
@@ -144,7 +152,7 @@ def about_claims(
          number(row["seasons"]), row["verdict"])
         for row in claims.iter_rows(named=True)
     ]
-    yield table(head, rows, (*[False] * 5, *[True] * 3, False))
+    yield markdown_table(head, rows, (*[False] * 5, *[True] * 3, False))
 
 
 def about_evaluations(games: pl.DataFrame, evaluations: pl.DataFrame, left_out: int) -> Iterator[str]:
@@ -180,7 +188,7 @@ def about_comparisons(games: pl.DataFrame) -> Iterator[str]:
     yield (f"The last {LAST} games of each season. The learned share is of the robots' time. Brief "
            "decisions last two frames or fewer (1/30 s). Wins and losses are shares of these games; "
            f"their intervals are {OF_RATES.format('these games')}.")
-    yield with_intervals(compared(games.filter(~varied())), ("settings", "opponent", "seasons"))
+    yield with_intervals(settings_compared(games.filter(~varied())), ("settings", "opponent", "seasons"))
 
 
 def about_goals(games: pl.DataFrame) -> Iterator[str]:
@@ -216,7 +224,7 @@ def about_table_3(games: pl.DataFrame) -> Iterator[str]:
              *(number(row[f"paper_{name}"], 0) for name in counts), number(row["paper_pct"], 2))
             for row in rows.iter_rows(named=True)
         ]
-        yield table(head, cells, [True] * len(head))
+        yield markdown_table(head, cells, [True] * len(head))
 
 
 #: Heading and factor of each column that has an interval.
@@ -245,14 +253,14 @@ def estimates(
     ]
     numbers = (rows.schema[name].is_numeric() for name in first)
     right = (*numbers, *[True] * len(headings), *[False] * len(last))
-    return table((*first, *headings.values(), *last), cells, right)
+    return markdown_table((*first, *headings.values(), *last), cells, right)
 
 
 def renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:
     """Table of the rows, some columns under other names."""
     head = [names.get(name, name) for name in rows.columns]
     cells = [[_cell(value) for value in row] for row in rows.iter_rows()]
-    return table(head, cells, [dtype.is_numeric() for dtype in rows.dtypes])
+    return markdown_table(head, cells, [dtype.is_numeric() for dtype in rows.dtypes])
 
 
 def _cell(value: str | float | None) -> str:

@@ -14,7 +14,7 @@ from pitchlore.pipeline.report.measures import (
     Pooling,
     SeasonMeasure,
     known,
-    mean,
+    mean_in_games,
     pooled,
     seasons_of,
 )
@@ -73,8 +73,8 @@ def _measures(last: int) -> dict[str, tuple[SeasonMeasure, Pooling]]:
     return {
         "states": (known("states", last), "count"),
         "behaviours": (known("behaviours", last), "count"),
-        "early": (mean(OTHER, 1, min(last, CHANGE - 1)), "percent"),
-        "late": (mean(OTHER, CHANGE, last), "percent"),
-        "effective": (mean(EFFECTIVE, 1, last), "count"),
-        "difference": (mean(DIFFERENCE, max(1, last - LAST + 1), last), "mean"),
+        "early": (mean_in_games(OTHER, 1, min(last, CHANGE - 1)), "percent"),
+        "late": (mean_in_games(OTHER, CHANGE, last), "percent"),
+        "effective": (mean_in_games(EFFECTIVE, 1, last), "count"),
+        "difference": (mean_in_games(DIFFERENCE, max(1, last - LAST + 1), last), "mean"),
     }

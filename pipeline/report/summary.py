@@ -25,7 +25,7 @@ from pitchlore.pipeline.report.measures import (
     SeasonTables,
     distinct,
     evaluated,
-    mean,
+    mean_in_games,
     pairs,
     pooled,
     seasons_of,
@@ -43,7 +43,7 @@ _COMPARED: dict[str, tuple[pl.Expr, Pooling]] = {
 }
 
 
-def curves(
+def mean_curves(
     table: pl.DataFrame, values: Mapping[str, pl.Expr], by: Sequence[str] = (), *,
     poolings: Mapping[str, Pooling] = MappingProxyType({}),
 ) -> pl.DataFrame:
@@ -89,7 +89,7 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
     mine = games.filter(pl.col("settings") == settings)
     played = set(mine["opponent"].unique())
     columns = {column: table3.beside(column, played) for column in table3.COLUMNS}
-    ours = curves(mine, {
+    ours = mean_curves(mine, {
         "total": pl.col("actions"), "random": pl.col("random_actions"), "other": pl.col("other_actions"),
         "pct": OTHER, "time_pct": OTHER_TIME,
     }, poolings={"pct": "percent"}).with_columns(pl.col("opponent").cast(pl.String))
@@ -114,7 +114,7 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
     ).sort("opponent", "game")
 
 
-def compared(games: pl.DataFrame) -> pl.DataFrame:
+def settings_compared(games: pl.DataFrame) -> pl.DataFrame:
     """Settings beside each other: the last ten games of their seasons, or all if there are fewer.
 
     Returns:
@@ -211,7 +211,7 @@ def _games(season: SeasonTables) -> int:
 
 def _last(value: pl.Expr, last: int) -> SeasonMeasure:
     """Measure: the mean of a value over the ten games up to ``last``, or over all if there are fewer."""
-    return mean(value, max(1, last - LAST + 1), last)
+    return mean_in_games(value, max(1, last - LAST + 1), last)
 
 
 def attributed(games: pl.DataFrame) -> pl.DataFrame:
@@ -232,7 +232,7 @@ def attributed(games: pl.DataFrame) -> pl.DataFrame:
     return by_season.group_by(_SIDES, maintain_order=True).agg(seasons, *means).sort(_SIDES)
 
 
-def played(games: pl.DataFrame) -> pl.DataFrame:
+def seasons_played(games: pl.DataFrame) -> pl.DataFrame:
     """Overview of the seasons, one row for each settings and opponent.
 
     Returns:

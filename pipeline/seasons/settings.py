@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.base.toml import Frozen, fitted, over, tables
+from pitchlore.pipeline.base.toml import Frozen, fitted, overlaid, toml_tables
 from pitchlore.pipeline.settings import Settings, none_twice
 from pitchlore.schemas.seasons import PERSON, Opponent
 
@@ -154,16 +154,16 @@ def names() -> list[str]:
     return sorted(path.name.removesuffix(".toml") for path in folder.iterdir() if path.name.endswith(".toml"))
 
 
-def named(name: str) -> SeasonSettings:
+def named_settings(name: str) -> SeasonSettings:
     """Settings in the package, by name.
 
     Raises:
         NotFound: if there are none of this name.
     """
-    return parse(_text(name), where=f"{name}.toml")
+    return parse_season(_text(name), where=f"{name}.toml")
 
 
-def parse(data: bytes | str, where: str) -> SeasonSettings:
+def parse_season(data: bytes | str, where: str) -> SeasonSettings:
     """Settings from TOML; ``base`` names settings in the package from which the file differs.
 
     Raises:
@@ -171,12 +171,12 @@ def parse(data: bytes | str, where: str) -> SeasonSettings:
         NotFound: if there are no settings of the name ``base``.
     """
     return fitted(
-        SeasonSettings, _unfolded(tables(data, where)), where, "See pipeline/seasons/settings.py")
+        SeasonSettings, _unfolded(toml_tables(data, where)), where, "See pipeline/seasons/settings.py")
 
 
 def _unfolded(said: dict[str, Any]) -> dict[str, Any]:
     base = said.pop("base", None)
-    return said if base is None else over(_unfolded(tables(_text(base), f"{base}.toml")), said)
+    return said if base is None else overlaid(_unfolded(toml_tables(_text(base), f"{base}.toml")), said)
 
 
 def _text(name: str) -> str:

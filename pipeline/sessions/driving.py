@@ -18,7 +18,7 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
 from pitchlore.pipeline.importers.source import slug
-from pitchlore.pipeline.live.driver import Driver, Job, commands_of
+from pitchlore.pipeline.live.driver import Driver, Job, wheel_packet
 from pitchlore.pipeline.live.frames import pitch_of
 from pitchlore.pipeline.live.screening import Screen
 from pitchlore.pipeline.live.sockets import Receiver, Sender
@@ -51,7 +51,7 @@ class DriveOutcome(NamedTuple):
     vision: bool
 
 
-def drive(
+def drive_team(
     store: Store, job: Job, *, say: Callable[[str], None] = lambda _: None,
     listening: Callable[[Mapping[str, str]], None] = lambda _: None,
 ) -> DriveOutcome:
@@ -103,7 +103,7 @@ def _stopping(job: Job) -> Iterator[Callable[[F64 | None], None]]:
     still = np.zeros((job.robots, 2))
     with Sender(job.interface) as sender:
         def send(wheels: F64 | None) -> None:
-            sender.send(target, commands_of(job, still if wheels is None else wheels))
+            sender.send(target, wheel_packet(job, still if wheels is None else wheels))
 
         try:
             yield send

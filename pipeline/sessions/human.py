@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.engine.games import LEFT, NOUN, Turn, learn, next_of, play, store_of
+from pitchlore.pipeline.engine.games import LEFT, NOUN, Turn, learn_from_game, next_of, play_game, store_of
 from pitchlore.pipeline.engine.matches import PLAYING
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.progress import StageReport
-from pitchlore.pipeline.engine.record import recorded, recording
+from pitchlore.pipeline.engine.record import match_log, recorded
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.store import Store
@@ -59,7 +59,7 @@ def sit(
         season: season against a person.
         window: the window.
         most: number of games that are enough; None: all.
-        discard: as for :func:`pipeline.engine.games.learn`.
+        discard: as for :func:`pipeline.engine.games.learn_from_game`.
         say: takes lines for the person.
 
     Returns:
@@ -98,19 +98,19 @@ def _take(
         with window(recipe.pitch, NAMES, recipe.physics.hz, paused=True) as open_window:
             if not yours.wait(open_window, of_all, _BEGIN):
                 raise GameLeft
-            with recording(own, yours.match) as log_it:
+            with match_log(own, yours.match) as log_it:
                 if not yours.play(open_window, log_it):
                     raise GameLeft
 
     _set_aside(own, say)
     try:
-        matches = play(store.root, season, game, at_the_window)
+        matches = play_game(store.root, season, game, at_the_window)
     except GameLeft:
         return False
     finally:
         _set_aside(own, say)
     say(f"{_score(own, matches[0])}. Learning from it …")
-    learn(store.root, season, game, matches, discard)
+    learn_from_game(store.root, season, game, matches, discard)
     return True
 
 

@@ -12,7 +12,7 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.engine.interrupt import until_stopped
-from pitchlore.pipeline.engine.record import recording
+from pitchlore.pipeline.engine.record import match_log
 from pitchlore.pipeline.game.bodies import see
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, Stream
 from pitchlore.pipeline.live.encoding import (
@@ -94,7 +94,7 @@ def simulate(
     bodies = np.zeros_like(match.bodies)
     with (
         Receiver((streams["commands"],)) as receiver, Sender(interface) as sender,
-        recording(store, match) as log_it, until_stopped() as stopped,
+        match_log(store, match) as log_it, until_stopped() as stopped,
     ):
         listening(receiver.addresses["commands"])
         referee = _Referee(match)

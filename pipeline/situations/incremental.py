@@ -19,7 +19,7 @@ from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.situations import signals
 from pitchlore.pipeline.situations.dense import DenseMatch, Densifier
 from pitchlore.pipeline.situations.matching import Fill, Worker, groups
-from pitchlore.pipeline.situations.naming import Robots, situations, table
+from pitchlore.pipeline.situations.naming import Robots, situation_rows, situations
 from pitchlore.pipeline.situations.occurrences import OCCURRENCE, RobotSamples, Rows, comes_back
 from pitchlore.pipeline.situations.rulebook import compiled
 from pitchlore.schemas import Situations
@@ -158,7 +158,7 @@ class Recogniser:
                 robot.place.all, robot.t_ns.all, robot.fresh.all, until, np.full(len(times), median))
             found = self._occurrences(robot, samples, rank)
             parts.append(situations(row, robots, samples, found, self._settings))
-        return table(robots, self._match_id, parts)
+        return situation_rows(robots, self._match_id, parts)
 
     def _occurrences(self, robot: _Robot, samples: RobotSamples, rank: I64) -> Rows:
         """Occurrences so far, OCCURRENCE [M]; ``rank`` has the row of each body, numbered as they came."""

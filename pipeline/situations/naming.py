@@ -37,7 +37,7 @@ class Robots(NamedTuple):
 def situations(
     row: int, robots: Robots, samples: RobotSamples, found: Rows, settings: SituationSettings
 ) -> dict[str, npt.NDArray[Any]]:
-    """The situations of the robot in ``row`` from its occurrences, columns for :func:`table`."""
+    """The situations of the robot in ``row`` from its occurrences, columns for :func:`situation_rows`."""
     code, target = _codes_and_targets(row, robots, samples, found)
     named = code > 0
     found, code, target = found[named], code[named], target[named]
@@ -66,7 +66,9 @@ def situations(
     }
 
 
-def table(robots: Robots, match_id: str, parts: Sequence[dict[str, npt.NDArray[Any]]]) -> pl.DataFrame:
+def situation_rows(
+    robots: Robots, match_id: str, parts: Sequence[dict[str, npt.NDArray[Any]]]
+) -> pl.DataFrame:
     """Rows of schema Situations from those of :func:`situations`, one robot after the other."""
     if not parts:
         return Situations.empty()

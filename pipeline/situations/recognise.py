@@ -17,7 +17,7 @@ from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.situations import signals
 from pitchlore.pipeline.situations.dense import DenseMatch, dense_match
 from pitchlore.pipeline.situations.matching import Worker, groups
-from pitchlore.pipeline.situations.naming import Robots, situations, table
+from pitchlore.pipeline.situations.naming import Robots, situation_rows, situations
 from pitchlore.pipeline.situations.occurrences import OCCURRENCE, RobotSamples, comes_back
 from pitchlore.pipeline.situations.rulebook import compiled
 from pitchlore.schemas import Situations
@@ -69,7 +69,7 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
             ended = b"".join(worker.advance(samples.t_ns, samples.fresh, 0, other, fill, marks))
             found.append(worker.finish(ended, samples, other, marks).tobytes())
         parts.append(situations(row, robots, samples, np.frombuffer(b"".join(found), OCCURRENCE), settings))
-    return table(robots, str(match_id), parts)
+    return situation_rows(robots, str(match_id), parts)
 
 
 def _median_intervals(match: DenseMatch) -> I64:

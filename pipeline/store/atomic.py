@@ -12,7 +12,7 @@ from pitchlore.pipeline.base.system import sync_file, sync_folder
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.buckets import check_local
 from pitchlore.pipeline.store.paths import unwritable
-from pitchlore.pipeline.store.temporaries import beside
+from pitchlore.pipeline.store.temporaries import temporary_beside
 
 
 @contextmanager
@@ -30,7 +30,7 @@ def aside(path: Path) -> Iterator[Path]:
     if not path.name or (path.exists() and not path.is_file()):
         raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
                             next_step="Name a file")
-    temporary = beside(path, "tmp")
+    temporary = temporary_beside(path, "tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -44,7 +44,7 @@ def aside(path: Path) -> Iterator[Path]:
         raise unwritable(path, error) from error
 
 
-def write(path: Path, data: Content) -> None:
+def write_bytes(path: Path, data: Content) -> None:
     """Atomically write bytes (see :func:`aside`)."""
     with aside(path) as temporary:
         temporary.write_bytes(data)

@@ -100,7 +100,7 @@ def listing(path: Path) -> Listing | None:
     if not path.exists():
         return None
     try:
-        with opened(path) as connection:
+        with opened_catalogue(path) as connection:
             tags = connection.execute(f"select tag from {TAGS}").fetchall()
             rows = connection.execute(f"select table_name, path, size, changed_ns from {FILES}").fetchall()
     except duckdb.Error:
@@ -111,7 +111,7 @@ def listing(path: Path) -> Listing | None:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
+def opened_catalogue(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
     """The catalogue as it is on disk now (:func:`connected`), closed after the body."""
     with connected(path) as connection:
         yield connection

@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
 from pitchlore.pipeline.numbers.arrays import Content
-from pitchlore.pipeline.store.atomic import write
+from pitchlore.pipeline.store.atomic import write_bytes
 from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
 from pitchlore.pipeline.store.locks import holding
 from pitchlore.pipeline.store.paths import remove
@@ -162,7 +162,7 @@ class Mirror:
                     found = fetched[key]
                     if found is not None:
                         listed[key] = found[1]
-                        write(self.folder / key, found[0])
+                        write_bytes(self.folder / key, found[0])
                     else:
                         listed.pop(key)
                 for key in older - listed.keys():
@@ -220,7 +220,7 @@ class Mirror:
         for key in dict.fromkeys((self.key(path, sha), self.key(path))):
             found = self.bucket.get(key)
             if found is not None and (sha is None or sha256(found[0]).hexdigest() == sha):
-                write(path, found[0])
+                write_bytes(path, found[0])
                 self._note(found[1], found[1].tag)
                 return found[0]
             with self._lock:
@@ -431,7 +431,7 @@ class Mirror:
             if removed:
                 self._gone(entry.key)
             elif data is not None:
-                write(self.folder / entry.key, data)
+                write_bytes(self.folder / entry.key, data)
                 self._note(entry, entry.tag)
             else:
                 self._note(entry, None)
@@ -443,7 +443,7 @@ class Mirror:
 
     def _kept(self, path: Path, data: Content, entry: ObjectStat) -> None:
         """Write to the copy what the bucket has, then note it: what is noted is there."""
-        write(path, data)
+        write_bytes(path, data)
         self._note(entry, entry.tag)
 
     def _gone(self, key: str) -> None:
@@ -504,7 +504,7 @@ def _copy(url: str) -> Path:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         folder = home / "pitchlore" / "buckets" / f"{slug}-{sha256(full.encode()).hexdigest()[:8]}"
     if not (folder / MARKER).exists():
-        write(folder / MARKER, json.dumps({"url": url, "process": os.getpid()}).encode())
+        write_bytes(folder / MARKER, json.dumps({"url": url, "process": os.getpid()}).encode())
     return folder
 
 

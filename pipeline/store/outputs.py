@@ -31,7 +31,7 @@ class Outputs(Reading):
 
     Attributes:
         doubted: files that the last look at the folder found damaged or lost
-            (:func:`pipeline.engine.catalog.look`).
+            (:func:`pipeline.engine.catalog.check_files`).
     """
 
     doubted: frozenset[Path] = frozenset()

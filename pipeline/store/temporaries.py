@@ -23,7 +23,7 @@ _OLD_S = 24 * 3600.0
 _DEPTH = 3
 
 
-def beside(path: Path, kind: str) -> Path:
+def temporary_beside(path: Path, kind: str) -> Path:
     """A new temporary path beside a path; ``kind`` is tmp or staging."""
     return path.with_name(f".{path.name}.{machine()}.{os.getpid()}-{os.urandom(4).hex()}.{kind}")
 

@@ -18,7 +18,7 @@ from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, software
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
-from pitchlore.pipeline.store.temporaries import beside
+from pitchlore.pipeline.store.temporaries import temporary_beside
 from pitchlore.pipeline.store.work import Made, Work, contents
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
@@ -119,7 +119,7 @@ class Versions(Reading):
             details=dict(made.details),
         )
         final = self.version_folder(noun, version)
-        staging = beside(final, "staging")
+        staging = temporary_beside(final, "staging")
         try:
             staging.mkdir(parents=True)
             try:

@@ -18,7 +18,7 @@ from pitchlore.pipeline.settings import ChanceSettings
 from pitchlore.pipeline.values.models import probability
 from pitchlore.schemas import Chances
 
-#: What a shot is judged by, in the order of :func:`features_of`.
+#: What a shot is judged by, in the order of :func:`shot_features`.
 FEATURES = ("log distance", "log angle", "log cover", "in_way", "log cover * angle")
 #: Greatest distance of an adversary from the ball's way that is told apart, in half goals.
 _FAR_COVER = 3.0
@@ -49,7 +49,7 @@ class ShotModels:
         return self.matches.index(match) if match in self.matches else len(self.matches)
 
 
-def to_bytes(models: ShotModels) -> bytes:
+def chances_to_bytes(models: ShotModels) -> bytes:
     """The models as an .npz file; the same models give the same bytes."""
     out = io.BytesIO()
     np.savez_compressed(
@@ -59,14 +59,14 @@ def to_bytes(models: ShotModels) -> bytes:
 
 
 @lru_cache(maxsize=2)  # a process judges the shots of many matches by the same
-def from_bytes(data: bytes) -> ShotModels:
-    """The models of an .npz file that :func:`to_bytes` made."""
+def chances_from_bytes(data: bytes) -> ShotModels:
+    """The models of an .npz file that :func:`chances_to_bytes` made."""
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return ShotModels(
             tuple(arrays["matches"].tolist()), arrays["weights"], arrays["goals"], arrays["shots"])
 
 
-def features_of(shots: pl.DataFrame, pitch: Pitch) -> F64:
+def shot_features(shots: pl.DataFrame, pitch: Pitch) -> F64:
     """Features of the shots of one pitch, float64 [n, features]; lengths in those of the pitch.
 
     Distance is in lengths of the pitch, angle in rad, cover in half goals, at most 3. Where no adversary is
@@ -84,7 +84,7 @@ def features_of(shots: pl.DataFrame, pitch: Pitch) -> F64:
     ).to_numpy()
 
 
-def logits_of(weights: F64, features: F64) -> F64:
+def shot_logits(weights: F64, features: F64) -> F64:
     """Logit of each shot, float64 [n]: weights [1 + features], features [n, features]."""
     # feature by feature: the last bits of a BLAS product depend on its threads and on the processor
     found = np.full(len(features), weights[0])
@@ -110,7 +110,7 @@ def chances(
     xg = pl.Series("xg", [None] * shots.height, dtype=pl.Float64)
     # without a shot that fails there is nothing to tell goals from
     if models is not None and goals >= settings.goals_at_least and np.isfinite(models.weights[row]).all():
-        xg = pl.Series("xg", probability(logits_of(models.weights[row], features_of(shots, pitch))))
+        xg = pl.Series("xg", probability(shot_logits(models.weights[row], shot_features(shots, pitch))))
     return shots.select(
         "match_id", "team", "t_ns", "robot", xg, goals=pl.lit(goals), shots=pl.lit(number),
     ).cast(pl.Schema(Chances.dtypes()))

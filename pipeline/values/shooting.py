@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
-from pitchlore.pipeline.values.chances import FEATURES, ShotModels, features_of, logits_of
+from pitchlore.pipeline.values.chances import FEATURES, ShotModels, shot_features, shot_logits
 from pitchlore.pipeline.values.models import probability
 
 #: Features of the plainer models that the report compares with; without any it is the league's rate.
@@ -24,7 +24,7 @@ _ITERATIONS = 1000
 _TOLERANCE, _DIGITS = 1e-10, 8
 
 
-def fit(
+def fit_shots(
     league: Mapping[str, tuple[pl.DataFrame, Pitch]], penalty: float
 ) -> tuple[ShotModels, dict[str, Any]]:
     """Fit a model of the shots of a league without each match, and one with all.
@@ -39,7 +39,8 @@ def fit(
         for plainer ones expected (the sum of the expected goals), log_loss and brier of the shots left out.
     """
     names = tuple(sorted(league))
-    features = np.concatenate([np.empty((0, len(FEATURES))), *(features_of(*league[name]) for name in names)])
+    features = np.concatenate(
+        [np.empty((0, len(FEATURES))), *(shot_features(*league[name]) for name in names)])
     scored = np.concatenate([np.empty(0, dtype=np.bool_), *(
         (league[name][0]["outcome"] == "goal").to_numpy() for name in names)])
     match = np.repeat(np.arange(len(names)), [league[name][0].height for name in names])
@@ -65,7 +66,7 @@ def left_out(features: F64, scored: Bools, match: I64, places: Sequence[int], pe
         scored: whether each shot was a goal, bool [n]; without each match both must occur.
         match: the match of each shot, [n].
         places: the features that the model has; none gives the rate of the other matches.
-        penalty: as for :func:`fit`.
+        penalty: as for :func:`fit_shots`.
     """
     found = np.empty(len(scored))
     for each in np.unique(match):
@@ -74,7 +75,7 @@ def left_out(features: F64, scored: Bools, match: I64, places: Sequence[int], pe
             found[out] = scored[~out].mean()
             continue
         weights = _weights(features[~out][:, places], scored[~out], penalty)
-        found[out] = probability(logits_of(weights, features[out][:, places]))
+        found[out] = probability(shot_logits(weights, features[out][:, places]))
     return found
 
 

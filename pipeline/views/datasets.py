@@ -74,7 +74,7 @@ class WrittenDataset(NamedTuple):
     behaviours: tuple[str, ...]
 
 
-def write(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSource) -> WrittenDataset:
+def write_dataset(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSource) -> WrittenDataset:
     """Write decisions as a dataset where Minari keeps its own: ``MINARI_DATASETS_PATH``, else ``~/.minari``.
 
     What was written is removed if it cannot be finished.

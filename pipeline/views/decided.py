@@ -60,7 +60,7 @@ def write(store: Store, dataset: str, matches: Sequence[str] = ()) -> Dataset:
                        next_step="Import more matches and `pitchlore run`")
     digests = {name: sha256_of(receipt, name) for receipt, names in made for name in names}
     newest = made[0][0]
-    written = datasets.write(dataset, decisions, datasets.DecisionSource(
+    written = datasets.write_dataset(dataset, decisions, datasets.DecisionSource(
         {name: _seed(store, name) for name in sorted(digests)}, _version(store, digests), newest.software,
         newest.settings,
     ))  # fmt: skip

@@ -11,7 +11,7 @@ from pitchlore.pipeline.paradigms.rules.iq import IQ
 from pitchlore.pipeline.paradigms.rules.ivq import IVQ
 from pitchlore.pipeline.paradigms.rules.jaq import JAQ
 from pitchlore.pipeline.paradigms.runner import Testing as Trial
-from pitchlore.pipeline.paradigms.runner import Training, play, stream
+from pitchlore.pipeline.paradigms.runner import Training, play_runs, stream
 
 #: The paper's best decay.
 TEMPERATURES = 16 * 0.9997 ** np.arange(24_589)
@@ -115,10 +115,10 @@ def compare(benchmark, loop, settings, temperatures, rounds):
 def test_ours(benchmark, rule):
     benchmark.group = f"learn the climbing game by {rule}"
     training = Training(TEMPERATURES)
-    play(climbing(), LEARNERS[rule], Training(TEMPERATURES[:2]), Trial(), runs=range(1), seeds=SEEDS)
+    play_runs(climbing(), LEARNERS[rule], Training(TEMPERATURES[:2]), Trial(), runs=range(1), seeds=SEEDS)
     benchmark.extra_info.update(units=RUNS * len(TEMPERATURES), unit="steps")
     benchmark.pedantic(
-        play, (climbing(), LEARNERS[rule], training, Trial()), {"runs": range(RUNS), "seeds": SEEDS}, rounds=7)
+        play_runs, (climbing(), LEARNERS[rule], training, Trial()), {"runs": range(RUNS), "seeds": SEEDS}, rounds=7)
 
 
 @pytest.mark.parametrize("rule", LEARNERS, ids="{} in plain Python".format)

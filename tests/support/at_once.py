@@ -13,7 +13,7 @@ from pathlib import Path
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.catalog import forget_match, refresh
 from pitchlore.pipeline.engine.costs import Spent
-from pitchlore.pipeline.engine.games import Turn, done, take
+from pitchlore.pipeline.engine.games import Turn, done, take_game
 from pitchlore.pipeline.engine.making import Outcome, make
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.progress import RunReport
@@ -21,7 +21,7 @@ from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import bring_up_to_date
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 
@@ -80,11 +80,11 @@ def train(store: Store) -> str:
 
 def season(store: Store) -> str:
     """Play the next game of a short season, and learn from it."""
-    own = Season(name="short", opponent="static", seed=1, settings=parse(SHORT, where="short.toml"))
+    own = Season(name="short", opponent="static", seed=1, settings=parse_season(SHORT, where="short.toml"))
     before = done(store, own)
     game = 1 if before is None else before.details["games"] + 1
     if game <= own.settings.games:
-        take(store.root, Turn(own, game), discard=False)
+        take_game(store.root, Turn(own, game), discard=False)
     refresh(store)
     return f"game {game}"
 

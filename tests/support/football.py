@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 from football.skillcorner import THERE, source_of
 
-from pitchlore.pipeline.importers.football.dataset import match_of
+from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 from pitchlore.pipeline.importers.football.providers import dataset_of
 from pitchlore.pipeline.matches.frame import MatchLog
 
@@ -34,4 +34,4 @@ RECORDINGS = {
 def shipped(provider: str) -> MatchLog:
     """The match of a provider's shortest recording."""
     source = source_of(provider, RECORDINGS[provider])
-    return match_of(dataset_of(source), source)
+    return match_of_dataset(dataset_of(source), source)

@@ -17,7 +17,7 @@ from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.scout.content.write import write
+from pitchlore.pipeline.views.scout.content.write import write_pages
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 HOSTILE = "<script>document.title='taken'</script> \"'&"
@@ -45,7 +45,7 @@ def bring(store: Store) -> None:
 
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Store:
     """The league with its pages. Tests read it; one that changes it takes :func:`copied`."""
-    return Store(once(tmp_path_factory, "league", lambda folder: write(league(folder))))
+    return Store(once(tmp_path_factory, "league", lambda folder: write_pages(league(folder))))
 
 
 def copied(tmp_path_factory: pytest.TempPathFactory) -> Store:

@@ -18,7 +18,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.matches.frame import Frames, MatchLog
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Appraisals, Behaviours, Games, Growth, Occasions, Policies, Sights
 
@@ -113,9 +113,9 @@ def match() -> Shown:
 
 def season(data: Path) -> Shown:
     """Two games: their rows, what was known after each, the action values that were learned most from."""
-    own = Season(name="golden", opponent="static", seed=1, settings=parse(SEASON, where="here"))
+    own = Season(name="golden", opponent="static", seed=1, settings=parse_season(SEASON, where="here"))
     for game in (1, 2):
-        loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+        loop.learn_from_game(data, own, game, loop.play_game(data, own, game), discard=False)
     store, inner = Store(data), loop.store_of(data, own)
     receipt = store.receipt(loop.NOUN, own.id)
     assert receipt is not None
@@ -147,9 +147,9 @@ def season(data: Path) -> Shown:
 
 def looking(data: Path) -> Shown:
     """Two games of a team that looks: sights at its first decisions, and the trees that were grown of all."""
-    own = Season(name="golden-looking", opponent="static", seed=1, settings=parse(LOOKING, where="here"))
+    own = Season(name="golden-looking", opponent="static", seed=1, settings=parse_season(LOOKING, where="here"))
     for game in (1, 2):
-        loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+        loop.learn_from_game(data, own, game, loop.play_game(data, own, game), discard=False)
     inner = loop.store_of(data, own)
     sights = pl.concat(inner.read_table(receipt, "sights", Sights) for receipt in inner.receipts("sequences"))
     newest = inner.latest("policies")

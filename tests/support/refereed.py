@@ -16,7 +16,7 @@ from pitchlore.pipeline.arena.physics.laws import (
 from pitchlore.pipeline.arena.physics.referee import (
     Laws,
     begin,
-    watch,
+    referee_call,
 )
 from pitchlore.pipeline.game.bodies import BALL, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -44,7 +44,7 @@ def calls(frames, laws=LAWS, state=None):
     state = begin() if state is None else state
     found = []
     for bodies in frames:
-        call = watch(bodies, state, laws.limits)
+        call = referee_call(bodies, state, laws.limits)
         if call != PLAY_ON:
             found.append((int(state["frame"]) - 1, call))
     return found

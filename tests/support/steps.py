@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pitchlore.pipeline.paradigms.rules import jaq, rules
 from pitchlore.pipeline.paradigms.rules.memory import Transition, memory_of
-from pitchlore.pipeline.paradigms.rules.rules import number_of
+from pitchlore.pipeline.paradigms.rules.rules import rule_number
 
 AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
 
@@ -22,7 +22,7 @@ def floats(*numbers):
 
 def learn(settings, steps, *, agents=2, actions=2, observations=1):
     """The memory after steps (seen, done, rewards, continues, seen next), of every agent each."""
-    rule, params = number_of(settings), settings.params(agents)
+    rule, params = rule_number(settings), settings.params(agents)
     memory = memory_of(settings, agents, observations, actions)
 
     def move(agent, error, s, a):

@@ -35,11 +35,11 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.constant import BEST_FILE, Constant
 from pitchlore.pipeline.arena.teams.executors.actions import CODES
-from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, play
-from pitchlore.pipeline.seasons.settings import named
+from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, results_of_pair
+from pitchlore.pipeline.seasons.settings import named_settings
 from pitchlore.pipeline.store.receipts import software
 
-_APPRENTICE = named("best")
+_APPRENTICE = named_settings("best")
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.
 BUDGET_MINUTES = _APPRENTICE.games * _APPRENTICE.matches_a_game * 8
 #: The clocks of the searches, by the team that has them.
@@ -69,7 +69,7 @@ def difference(job: tuple[Constant, int, str, float]) -> float:
     settings = TeamSettings(kind="learned", policy=team.word, clock=CLOCKS[clock])
     how = Evaluation(team=Entrant(name=team.word, settings=settings), opponent=_STATIC,
                      referee=RefereeSettings(duration_s=seconds))
-    rows = play(Pair(evaluation=how, seed=seed), {team.word: PolicyTables(team.policy())})
+    rows = results_of_pair(Pair(evaluation=how, seed=seed), {team.word: PolicyTables(team.policy())})
     return float(rows.select((pl.col("goals_for") - pl.col("goals_against")).mean()).item())
 
 

@@ -6,7 +6,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from pitchlore.pipeline.importers.football.dataset import match_of
+from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 from pitchlore.pipeline.importers.football.providers import dataset_of, open_files
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -29,4 +29,4 @@ def source_of(provider: str, names: tuple[str, ...]) -> SourceFile:
 def whole_match() -> MatchLog:
     """SkillCorner's whole match (a quarter of a minute)."""
     source = source_of("skillcorner", MATCH)
-    return match_of(dataset_of(source), source)
+    return match_of_dataset(dataset_of(source), source)

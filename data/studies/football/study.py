@@ -26,7 +26,7 @@ from football.skillcorner import FILES, MATCH, whole_match
 from harness import elsewhere, read, recordings
 from usual.study import situations_of
 
-from pitchlore.pipeline.events.control import NOBODY, control
+from pitchlore.pipeline.events.control import NOBODY, ball_control
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import TrajectorySettings
@@ -80,7 +80,7 @@ class Guess(NamedTuple):
 
 def ours(bodies: pl.DataFrame, match: MatchLog, t_ns: Codes) -> Guess:
     """Our team with the ball (as in table possession), and our player in touch."""
-    held = control(bodies, match.info.pitch)
+    held = ball_control(bodies, match.info.pitch)
     player = np.full(len(held.team), NONE)
     touching = held.toucher != NOBODY
     contact = held.toucher[touching]

@@ -15,7 +15,7 @@ from numba import njit
 
 from pitchlore.pipeline.arena.match.controllers import AppraisingController, Controller, PolicyTables, rng_of
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
-from pitchlore.pipeline.arena.teams.appraising import NUMBERS, Policy, choose, read
+from pitchlore.pipeline.arena.teams.appraising import NUMBERS, Policy, choose, read_state
 from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.matches.frame import HOME
@@ -77,7 +77,7 @@ class BlindController(AppraisingController):
 
 
 def blind(tables: PolicyTables, late_s: float | None) -> Callable[[Recipe, int], Controller]:
-    """Controller of a blind team by recipe and side, as :func:`pipeline.evaluations.play` takes it."""
+    """Controller of a blind team by recipe and side, for :func:`pipeline.evaluations.results_of_pair`."""
 
     def controller(recipe: Recipe, side: int) -> Controller:
         settings = recipe.home if side == HOME else recipe.away
@@ -94,7 +94,7 @@ def _decide(
 ) -> None:
     """Decide for all robots, as :func:`pipeline.arena.teams.appraising.decide`, by earlier sights."""
     roles = np.empty(2 * len(robots), dtype=np.int64)
-    state = read(view, direction, lead, policy, packed, roles)
+    state = read_state(view, direction, lead, policy, packed, roles)
     sight = np.empty(NUMBERS, dtype=np.float32)
     for robot in range(1, len(robots) + 1):
         see_from(view, robot, packed[0].goal_x, sight)

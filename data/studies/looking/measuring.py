@@ -16,10 +16,10 @@ from looking.permuted import Deal, actions_dealt, sights_dealt, stages
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.engine.evaluations import evaluate
-from pitchlore.pipeline.engine.games import next_of, take
+from pitchlore.pipeline.engine.games import next_of, take_game
 from pitchlore.pipeline.engine.placement.crew import Crew
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, Pair, play
+from pitchlore.pipeline.evaluations import Evaluation, Pair, results_of_pair
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 
@@ -44,7 +44,7 @@ def season_dealt(data: Path, name: str, seed: int) -> None:
     own = Season(name=name, opponent=STATIC, seed=seed, settings=harness.settings_of(settings))
     turn = next_of(Store(data), own)
     while turn is not None:
-        take(data, turn, discard=True, stages=stages(deal))
+        take_game(data, turn, discard=True, stages=stages(deal))
         turn = turn.following()
 
 
@@ -73,4 +73,4 @@ def blind_pair(policies: Mapping[str, PolicyTables], late_s: float | None, pair:
     """Goal difference of a pair of matches whose measured team is blind: seed, difference."""
     label = pair.evaluation.team.settings.policy
     assert label is not None, "it has learned"
-    return of_pairs(play(pair, policies, blind(policies[label], late_s)))
+    return of_pairs(results_of_pair(pair, policies, blind(policies[label], late_s)))

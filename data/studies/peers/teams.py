@@ -22,13 +22,13 @@ from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.engine.evaluations import evaluate, stored
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
 from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair
-from pitchlore.pipeline.seasons.settings import named
+from pitchlore.pipeline.seasons.settings import named_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import digest
 
 #: Matches of a game of our apprentices' seasons, and of a season.
-GAME = named(HELD.season).matches_a_game
-ONCE = named(HELD.season).games * GAME
+GAME = named_settings(HELD.season).matches_a_game
+ONCE = named_settings(HELD.season).games * GAME
 #: Learners that play, and the matches of each of their trainings; None: as many as some minutes of a core
 #: allow. PPO has as many trainings of a season's matches as there are apprentices.
 ONLINE: dict[str, tuple[int | None, ...]] = {

@@ -32,11 +32,11 @@ from pitchlore.pipeline.report.measures import (
     SeasonMeasure,
     Seasons,
     SeasonTables,
-    compared,
     evaluated,
-    mean,
+    mean_in_games,
     overall_other,
     pairs,
+    season_evidence,
 )
 from pitchlore.pipeline.report.table3 import GAMES
 
@@ -65,7 +65,7 @@ def _ablation(
     text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: SeasonMeasure, stated: Range,
     pooling: Pooling = "mean",
 ) -> Claim[Seasons]:
-    return Claim(ABLATION, text, quantity, stated, compared(sides, measure, pooling))
+    return Claim(ABLATION, text, quantity, stated, season_evidence(sides, measure, pooling))
 
 
 def _aim(
@@ -73,7 +73,7 @@ def _aim(
     pooling: Pooling = "mean", trials: Callable[[SeasonTables], int] = lambda _: 1, *,
     by_construction: bool = False,
 ) -> Claim[Seasons]:
-    return Aim(AIM, text, quantity, stated, compared(sides, measure, pooling, trials),
+    return Aim(AIM, text, quantity, stated, season_evidence(sides, measure, pooling, trials),
                by_construction=by_construction)
 
 
@@ -112,9 +112,9 @@ OURS: tuple[Claim[Seasons], ...] = (
     *(_beats(f"It beats the static team by more than a constant team does ({control})", (BEST, STATIC),
              (control, NOTHING)) for control in CONTROLS),
     _aim("In its last games it beats the static team", ((BEST, STATIC),),
-         f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
+         f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean_in_games(DIFFERENCE, *LATE), ABOVE),
     *(_aim("In its last games it uses what it learned", ((BEST, kind),),
-           f"time in other behaviours in games {LATE[0]} to {LATE[1]}, mean %", mean(OTHER_TIME, *LATE),
-           _MOSTLY_LEARNED, "percent", by_construction=True)
+           f"time in other behaviours in games {LATE[0]} to {LATE[1]}, mean %",
+           mean_in_games(OTHER_TIME, *LATE), _MOSTLY_LEARNED, "percent", by_construction=True)
       for kind in (STATIC, _SCRIPT)),
 )

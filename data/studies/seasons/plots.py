@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from pitchlore.pipeline.report.claims import BEST, PAPER, STATIC
 from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER_TIME
 from pitchlore.pipeline.report.sensitivity import varied
-from pitchlore.pipeline.report.summary import curves
+from pitchlore.pipeline.report.summary import mean_curves
 from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.views.plots import report
 from pitchlore.pipeline.views.plots.seasons import draw, keyed, seasons
@@ -30,14 +30,14 @@ def pictures(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
         games: schema Games.
         growth: schema Growth.
     """
-    found = report.pictures(games, growth)
+    found = report.plots_of_seasons(games, growth)
     for base in (PAPER, BEST):
         mine = (pl.col("settings") == base) | pl.col("settings").str.starts_with(f"{base}-")
         variants = games.filter(mine & ~varied() & (pl.col("opponent") == STATIC))
         if variants["settings"].n_unique() > 1 and base in variants["settings"]:
             both = {"difference": DIFFERENCE, "other": OTHER_TIME}
             drawn = ablations(
-                curves(variants, both, poolings=report.WITHIN), base, CHANGE if base == PAPER else None)
+                mean_curves(variants, both, poolings=report.WITHIN), base, CHANGE if base == PAPER else None)
             found[f"ablations-{base}"] = png(drawn)
     return found
 

@@ -16,11 +16,11 @@ from pitchlore.pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLA
 from pitchlore.pipeline.arena.physics.referee import (
     Laws,
     RefereeEvent,
+    attack_direction,
     begin,
-    home_attacks,
-    table,
-    told,
-    watch,
+    call_events,
+    event_rows,
+    referee_call,
 )
 from pitchlore.pipeline.arena.physics.restarts import restart
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
@@ -128,7 +128,7 @@ class MatchInPlay:
 
     def call(self) -> None:
         """The first half of a frame: the referee's call, new places at a restart, the look, the log."""
-        call = watch(self.bodies, self._state, self.laws.limits)
+        call = referee_call(self.bodies, self._state, self.laws.limits)
         if call != PLAY_ON:
             self._called(call, self.frame - 1)
         see_both(self._look(), self.attacks, self.views)
@@ -164,8 +164,8 @@ class MatchInPlay:
             for team, controller in zip(SIDES, self.controllers, strict=True)
         ]
         return LogPart(
-            frames_of(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws.hz),
-            table(match_id, events),
+            logged_frames(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws.hz),
+            event_rows(match_id, events),
             pl.concat(made).sort("end_ns", "team", "robot", "t_ns"),
         )
 
@@ -182,7 +182,7 @@ class MatchInPlay:
     def _called(self, call: int, frame: int) -> None:
         """Tell the log, the controllers and the arena what the referee has called."""
         self.score = int(self._state["home_goals"]), int(self._state["away_goals"])
-        events = told(call, self._state, self.laws)
+        events = call_events(call, self._state, self.laws)
         self._events += events
         if not KICK_OFF <= call <= HALF:
             self._stop(frame, events[0].team if call == GOAL else None)
@@ -190,7 +190,7 @@ class MatchInPlay:
             return
         if call == HALF:
             self._stop(frame, None)
-        self.attacks = float(home_attacks(int(self._state["halves_over"])))
+        self.attacks = float(attack_direction(int(self._state["halves_over"])))
         restart(self.bodies, call, self._state, self.laws, self._rng)
         self._arena.place(self.bodies)
         self.in_play = True
@@ -207,7 +207,7 @@ class MatchInPlay:
         self.in_play = False
 
 
-def frames_of(samples: F64, first: int, hz: float) -> Frames:
+def logged_frames(samples: F64, first: int, hz: float) -> Frames:
     """Samples [F, 1 + 2 N, 6] as a log holds them; the first has number ``first``.
 
     A ball that was not seen is NaN, a robot is left out.

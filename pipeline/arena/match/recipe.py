@@ -126,7 +126,7 @@ def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
     )
 
 
-def slug(*teams: str) -> str:
+def team_slug(*teams: str) -> str:
     """Names of teams as part of a file's name or an id: ``constant-044-021-021-static``."""
     return re.sub(r"[^a-z0-9-]", "-", "-".join(teams))
 
@@ -149,4 +149,4 @@ class Recipe(MatchSettings):
     @property
     def match_id(self) -> str:
         """Id of the match: teams, seed, and a hash of the whole recipe."""
-        return f"{slug(self.home.name, self.away.name)}-{self.seed}-{fingerprint(self)[:12]}"
+        return f"{team_slug(self.home.name, self.away.name)}-{self.seed}-{fingerprint(self)[:12]}"

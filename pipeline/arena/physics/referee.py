@@ -1,8 +1,8 @@
 """The referee: watches every frame, calls goals and fouls, keeps the time and the score.
 
 Its memory is one record of whole numbers, from which a match can be continued. At each frame, from the
-first on, :func:`watch` looks at the bodies before they move. :func:`told` says a call in words, and
-:func:`pipeline.arena.physics.restarts.restart` puts the bodies at the calls from KICK_OFF to HALF.
+first on, :func:`referee_call` looks at the bodies before they move. :func:`call_events` says a call in words,
+and :func:`pipeline.arena.physics.restarts.restart` puts the bodies at the calls from KICK_OFF to HALF.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pitchlore.pipeline.arena.physics.laws import (
     PLAY_ON,
     Marks,
     RefereeSettings,
-    frames_of,
+    frames_lasting,
 )
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
@@ -61,8 +61,8 @@ STATE = np.dtype([
     )
 ])  # fmt: skip
 
-#: The laws as :func:`watch` needs them: metres and metres a second, frames, robots, and whether there are
-#: such restarts.
+#: The laws as :func:`referee_call` needs them: metres and metres a second, frames, robots, and whether there
+#: are such restarts.
 LIMITS = np.dtype([
     *((name, np.float64) for name in ("goal_line", "post", "area_x", "area_y", "near", "slow_speed")),
     *((name, np.int64) for name in (
@@ -95,7 +95,7 @@ class Laws:
         settings: the settings that the laws are made from.
         hz: frames a second.
         marks: marks of the pitch.
-        limits: one record of :data:`LIMITS`, shape [], for :func:`watch`.
+        limits: one record of :data:`LIMITS`, shape [], for :func:`referee_call`.
     """
 
     settings: RefereeSettings
@@ -111,7 +111,7 @@ class Laws:
             BadSettings: if a half has no frame, or the pitch cannot be played on (see ``Marks.of``).
         """
         marks = Marks.of(pitch)
-        duration = frames_of(settings.duration_s, hz)
+        duration = frames_lasting(settings.duration_s, hz)
         if duration < settings.halves:
             raise BadSettings(
                 f"{settings.halves} halves do not fit into {settings.duration_s:g} s",
@@ -120,8 +120,8 @@ class Laws:
         limits = (
             marks.goal_line, marks.post, marks.area_x, marks.area_y, marks.near,
             settings.stuck_speed * SCALES[pitch.kind].speed,
-            duration, settings.halves, max(1, frames_of(settings.pause_s, hz)),
-            frames_of(settings.stuck_s, hz), frames_of(settings.crowd_s, hz), settings.crowd,
+            duration, settings.halves, max(1, frames_lasting(settings.pause_s, hz)),
+            frames_lasting(settings.stuck_s, hz), frames_lasting(settings.crowd_s, hz), settings.crowd,
             settings.remember_crowds, settings.penalty, settings.goal_kick,
         )
         return cls(settings, hz, marks, np.array(limits, dtype=LIMITS))
@@ -141,12 +141,12 @@ class Laws:
         starts = [self.t_ns(-(-half * self.duration // halves)) for half in range(halves)]
         edges = pairwise([*starts, self.t_ns(self.duration) + 1])
         return tuple(
-            Period(start_ns=start, end_ns=end, home_attacks=home_attacks(half), inferred=False)
+            Period(start_ns=start, end_ns=end, home_attacks=attack_direction(half), inferred=False)
             for half, (start, end) in enumerate(edges)
         )
 
 
-def home_attacks(halves_over: int) -> Literal[1, -1]:
+def attack_direction(halves_over: int) -> Literal[1, -1]:
     """The direction along x in which home attacks, after so many halves."""
     return -1 if halves_over % 2 else 1
 
@@ -169,7 +169,7 @@ def begin(opener: int = HOME, score: tuple[int, int] = (0, 0)) -> Record:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def watch(bodies: F64, state: Record, limits: Record) -> int:
+def referee_call(bodies: F64, state: Record, limits: Record) -> int:
     """The referee's call at the next frame.
 
     The laws are those of VSSReferee's checkers; each law names its file under
@@ -372,7 +372,7 @@ class RefereeEvent(NamedTuple):
     note: str | None
 
 
-def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
+def call_events(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     """Events of a call for the log; ask before the next frame is watched.
 
     A goal is the team's that scored. A foul is a ``stop``, and the restart after it a ``fault``. The fault
@@ -381,7 +381,7 @@ def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     that takes them. HALF is two events at one time, ``half`` and ``kick-off``.
 
     Args:
-        call: result of :func:`watch`; PLAY_ON gives no event.
+        call: result of :func:`referee_call`; PLAY_ON gives no event.
         state: after that.
         laws: laws of the match.
     """
@@ -406,7 +406,7 @@ def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     return (RefereeEvent(t_ns, "fault", team, *score, WORDS[call]),)
 
 
-def table(match_id: str, events: Iterable[RefereeEvent]) -> pl.DataFrame:
+def event_rows(match_id: str, events: Iterable[RefereeEvent]) -> pl.DataFrame:
     """Rows of schema Referee, in the order in which they were told."""
     rows = [{"match_id": match_id, **event._asdict()} for event in events]
     return Referee.of(rows)

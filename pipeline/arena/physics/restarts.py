@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from pitchlore.pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
-from pitchlore.pipeline.arena.physics.referee import NOBODY, WORDS, Laws, home_attacks
+from pitchlore.pipeline.arena.physics.referee import NOBODY, WORDS, Laws, attack_direction
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, THETA, Record, X, Y, see
 from pitchlore.pipeline.matches.frame import HOME
@@ -64,7 +64,7 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
     """
     kind = KICK_OFF if call == HALF else call
     team = HOME if state["team"] == NOBODY else int(state["team"])
-    attacks = home_attacks(int(state["halves_over"])) * (1 if team == HOME else -1)
+    attacks = attack_direction(int(state["halves_over"])) * (1 if team == HOME else -1)
     # half a turn exchanges opposite quarters
     quarter = int(state["quarter"]) if attacks > 0 else 3 - int(state["quarter"])
     view = np.zeros_like(bodies)

@@ -17,7 +17,7 @@ from numba import njit
 
 from pitchlore.pipeline.arena.teams import executors
 from pitchlore.pipeline.arena.teams.executors.actions import VERB
-from pitchlore.pipeline.arena.teams.learned import observe
+from pitchlore.pipeline.arena.teams.learned import observe_levels
 from pitchlore.pipeline.arena.teams.roles import assign
 from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
@@ -148,7 +148,7 @@ def decide(
             role times C plus action.
     """
     roles = np.empty(2 * len(robots), dtype=np.int64)
-    state = read(view, direction, lead, policy, packed, roles)
+    state = read_state(view, direction, lead, policy, packed, roles)
     sight = np.empty(NUMBERS, dtype=np.float32)
     for robot in range(1, len(robots) + 1):
         see_from(view, robot, packed[0].goal_x, sight)
@@ -156,13 +156,13 @@ def decide(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read(
+def read_state(
     view: F64, direction: float, lead: int, policy: Policy, packed: Records, roles: I64
 ) -> np.int64:
     """State of the team by all elements; int64 [2 N] ``roles`` of all robots are written."""
     elements = np.zeros(ELEMENTS, dtype=np.uint8)
     assign(view, packed[0], roles)
-    observe(view, direction, lead, roles, policy.edges, elements)
+    observe_levels(view, direction, lead, roles, policy.edges, elements)
     return encode_one(elements, policy.whole)
 
 
@@ -173,7 +173,7 @@ def choose(
 ) -> None:  # fmt: skip
     """Decide for robot number ``robot``, from 1, by a sight, float32 [30].
 
-    ``roles`` and ``state`` are those of :func:`read`; the rest is as for :func:`decide`.
+    ``roles`` and ``state`` are those of :func:`read_state`; the rest is as for :func:`decide`.
     """
     appraiser, own, role = policy.appraiser, robots[robot - 1], roles[robot - 1]
     decision = decisions[robot - 1]

@@ -27,7 +27,7 @@ _AHEAD_S = 0.5
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def touches(view: F64, row: int, m: Measures) -> bool:
+def touches_ball(view: F64, row: int, m: Measures) -> bool:
     """True if a robot, here of any team, touches the ball."""
     return distance(view, row, BALL) < m.contact
 
@@ -60,8 +60,8 @@ def holder(view: F64, before: int, m: Measures) -> int:
     count = (len(view) - 1) // 2
     own = other = False
     for row in range(1, count + 1):
-        own = own or touches(view, row, m)
-        other = other or touches(view, count + row, m)
+        own = own or touches_ball(view, row, m)
+        other = other or touches_ball(view, count + row, m)
     if own == other:
         return before
     return OWN if own else OTHER

@@ -77,7 +77,7 @@ def play(
         elif job != KEEPER and (second == 0 or view[robot, X] > view[second, X]):
             second = robot
     _decide(view, robots, m, team)
-    attacks = team["won"] == 1 and not static.kept(view, rule, m)
+    attacks = team["won"] == 1 and not static.left_to_keeper(view, rule, m)
     place = 0
     for robot in range(1, len(robots) + 1):
         own = robots[robot - 1]
@@ -85,7 +85,7 @@ def play(
             static.guard(view, robot, m, wheels)
         elif robot == first and attacks and second > 0 and _open(view, second, m):
             ux, uy = unit(*_pass(view, second))
-            static.drive(view, robot, ux, uy, m, wheels)
+            static.drive_ball(view, robot, ux, uy, m, wheels)
         elif robot == first or (robot == second and attacks and _gets(view, robot, m)):
             static.attack(view, robot, rule, m, wheels)
         elif robot == second and attacks:
@@ -113,7 +113,7 @@ def _decide(view: F64, robots: Records, m: Measures, team: Record) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _block(view: F64, robot: int, place: int, rule: Record, m: Measures, wheels: F64) -> None:
     """Stand before the own area in the ball's way to the goal; those of ``place`` 1, 2, … beside place 0."""
-    if static.kept(view, rule, m) or static.at_hand(view, robot, m):
+    if static.left_to_keeper(view, rule, m) or static.at_hand(view, robot, m):
         static.support(view, robot, place, rule, m, wheels)
         return
     x = -m.goal_x + m.area_depth + _BLOCK * m.radius

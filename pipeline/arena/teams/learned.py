@@ -84,7 +84,7 @@ def ball_direction(view: F64, before: float, moving: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def observe(view: F64, direction: float, lead: int, roles: I64, edges: BinEdges, elements: U8) -> None:
+def observe_levels(view: F64, direction: float, lead: int, roles: I64, edges: BinEdges, elements: U8) -> None:
     """Write the levels of the 36 elements as the team sees them into ``elements``, uint8 [36].
 
     ``roles`` are those of the robots of rows 1 to 2 N of the view, int64 [2 N]; see :func:`decide` for the
@@ -158,7 +158,7 @@ def decide(
     roles = np.empty(2 * count, dtype=np.int64)
     elements = np.zeros(ELEMENTS, dtype=np.uint8)
     assign(view, m, roles)
-    observe(view, direction, lead, roles, policy.edges, elements)
+    observe_levels(view, direction, lead, roles, policy.edges, elements)
     made = 0
     for robot in range(1, count + 1):
         own = robots[robot - 1]

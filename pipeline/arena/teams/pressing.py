@@ -89,7 +89,7 @@ def _share_out(view: F64, m: Measures, robots: Records) -> None:
 def _press(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> None:
     """Take the ball from its carrier; a ball that no adversary is as near to is attacked as usual."""
     own = distance(view, robot, BALL)
-    if static.kept(view, rule, m) or distance(view, carrier(view), BALL) > own + m.radius:
+    if static.left_to_keeper(view, rule, m) or distance(view, carrier(view), BALL) > own + m.radius:
         static.attack(view, robot, rule, m, wheels)
         return
     bx, by = soon(view, robot, m)
@@ -108,7 +108,7 @@ def _press(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> Non
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cover(view: F64, robot: int, place: int, rule: Record, m: Measures, wheels: F64) -> None:
     """Stand close behind the ball, or in the way of a pass to an adversary nearer to the own goal."""
-    if static.kept(view, rule, m) or static.at_hand(view, robot, m):
+    if static.left_to_keeper(view, rule, m) or static.at_hand(view, robot, m):
         static.support(view, robot, place, rule, m, wheels)
         return
     bx, by = view[BALL, X], view[BALL, Y]

@@ -6,9 +6,9 @@ field to behind the ball, supporters between the ball and the own goal (rSoccer'
 UnBall 2012), roles that change hands with hysteresis. View, robot and wheels are those of
 :mod:`pipeline.arena.teams.steering`.
 
-The team keeps the laws of :func:`pipeline.arena.physics.referee.watch` where it can: a second robot in its
-own goal area is a penalty. :data:`RULES` are what it does for that. docs/decisions/players.md ("Static team
-under the laws") has what each is worth, and what was tried and left out.
+The team keeps the laws of :func:`pipeline.arena.physics.referee.referee_call` where it can: a second robot in
+its own goal area is a penalty. :data:`RULES` are what it does for that. docs/decisions/players.md ("Static
+team under the laws") has what each is worth, and what was tried and left out.
 """
 
 from __future__ import annotations
@@ -153,16 +153,16 @@ def guard(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def attack(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> None:
     """Drive the ball into the adversary's goal, unless it is the keeper's."""
-    if kept(view, rule, m):
+    if left_to_keeper(view, rule, m):
         off = _CLEAR if rule["clears"] else _WAIT
         wait(view, robot, -m.goal_x + m.area_depth + off * m.radius, view[BALL, Y], m, wheels)
         return
     ux, uy = shot(view, m)
-    drive(view, robot, ux, uy, m, wheels)
+    drive_ball(view, robot, ux, uy, m, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def drive(view: F64, robot: int, ux: float, uy: float, m: Measures, wheels: F64) -> None:
+def drive_ball(view: F64, robot: int, ux: float, uy: float, m: Measures, wheels: F64) -> None:
     """Get behind the ball by the univector field and drive it in the direction (ux, uy) of length 1."""
     x, y = view[robot, X], view[robot, Y]
     dx, dy = offset(view, robot, BALL)
@@ -259,7 +259,7 @@ def for_keeper(view: F64, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def kept(view: F64, rule: Record, m: Measures) -> bool:
+def left_to_keeper(view: F64, rule: Record, m: Measures) -> bool:
     """True if field players leave the ball to the keeper."""
     return for_keeper(view, m) or (rule["yields"] and comes_in(view, m))
 

@@ -24,10 +24,10 @@ from distributed.scheduler import KilledWorker
 from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
 from pitchlore.pipeline.base.system import locked
 from pitchlore.pipeline.engine.placement.crew import Crew, polars_threads
-from pitchlore.pipeline.engine.placement.identity import difference, identity
+from pitchlore.pipeline.engine.placement.identity import first_difference, identity
 from pitchlore.pipeline.store.buckets import Bucket
 from pitchlore.pipeline.store.mirrors import Mirror, ObjectChange, located, mirror_of
-from pitchlore.pipeline.store.temporaries import beside
+from pitchlore.pipeline.store.temporaries import temporary_beside
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -125,7 +125,7 @@ _syncing = Lock()
 
 
 @contextmanager
-def opened(address: str, width: int, root: Path) -> Iterator[Cluster]:
+def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
     """A cluster's workers, after a check that they can do the work of this command.
 
     Args:
@@ -182,7 +182,7 @@ def _check(client: Client, place: Path | Mirror, where: str) -> None:
             raise ClusterFailed(f"cannot work ({type(answer).__name__}: {answer})", where=said,
                                 next_step="Install this version of Pitchlore where the worker runs")
         theirs, seen, held = answer
-        if (other := difference(theirs, identity())) is not None:
+        if (other := first_difference(theirs, identity())) is not None:
             raise ClusterFailed("has other code ({} {}, here {})".format(*other), where=said, next_step=(
                 "Install the same version of Pitchlore and its packages there, and start the worker again"))
         if seen != wanted:
@@ -208,7 +208,7 @@ def _answers(client: Client, look: Callable[..., Any], *token: Any) -> Mapping[s
 def _in_folder(root: Path, wanted: bytes) -> Iterator[tuple[Any, ...]]:
     """A locked file with some bytes in a data folder, and how a worker looks at it."""
     root.mkdir(parents=True, exist_ok=True)
-    token = beside(root / "token", "tmp")
+    token = temporary_beside(root / "token", "tmp")
     try:
         with token.open("wb") as held:
             held.write(wanted)
@@ -267,7 +267,7 @@ def _call(
     Raises:
         ClusterFailed: if it has other code than the caller.
     """
-    if (other := difference(identity(), caller)) is not None:
+    if (other := first_difference(identity(), caller)) is not None:
         raise ClusterFailed("a worker has other code than the command ({} {}, there {})".format(*other),
                             next_step="Install the same version there, and start it again")
     if bucket is None:

@@ -27,7 +27,7 @@ def identity() -> dict[str, str]:
     return found
 
 
-def difference(theirs: dict[str, str], ours: dict[str, str]) -> tuple[str, str, str] | None:
+def first_difference(theirs: dict[str, str], ours: dict[str, str]) -> tuple[str, str, str] | None:
     """Name of the first that is not the same, its version there and here; None if all is the same."""
     for name in [*ours, *theirs]:
         if ours.get(name) != theirs.get(name):

@@ -73,9 +73,9 @@ def crew_at(word: str | None, root: Path) -> Iterator[Crew]:
         if place.kind == "processes":
             yield stack.enter_context(Processes(place.width))
         else:
-            from pitchlore.pipeline.engine.placement.cluster import opened  # noqa: PLC0415 (an extra)
+            from pitchlore.pipeline.engine.placement.cluster import open_cluster  # noqa: PLC0415 (an extra)
 
-            yield stack.enter_context(opened(place.address, place.width, root))
+            yield stack.enter_context(open_cluster(place.address, place.width, root))
 
 
 @contextmanager

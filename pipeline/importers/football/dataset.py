@@ -12,7 +12,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.football.providers import KLOPPY
-from pitchlore.pipeline.importers.football.squad import Stay, numbers
+from pitchlore.pipeline.importers.football.squad import Stay, shirt_numbers
 from pitchlore.pipeline.importers.rows import Event, referee
 from pitchlore.pipeline.importers.source import SourceFile, slug
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TeamNames, TrackingMap
@@ -55,12 +55,12 @@ class _Samples(NamedTuple):
     players: list[Any]
 
 
-def match_of(dataset: TrackingDataset, source: SourceFile | None = None) -> MatchLog:
+def match_of_dataset(dataset: TrackingDataset, source: SourceFile | None = None) -> MatchLog:
     """The match of any kloppy ``TrackingDataset``: kind human, our axes and units.
 
     Lengths become metres by the dataset's pitch, whatever its coordinate system. A player has the number on
-    the shirt; nameless tracks share places (:func:`pipeline.importers.football.squad.numbers`), so that a
-    substitute is another body and a lost track is not. Each period begins with the ball in play; where the
+    the shirt; nameless tracks share places (:func:`pipeline.importers.football.squad.shirt_numbers`), so that
+    a substitute is another body and a lost track is not. Each period begins with the ball in play; where the
     provider says that it is dead, play is stopped. Goals are found from the ball, because datasets of
     positions tell none; the provider's final score is that of the end. The ball's height is kept where it is
     given (``MatchLog.heights``).
@@ -198,7 +198,7 @@ def _table(
     substitutes: list[tuple[int, str, int]] = []
     for code, word in enumerate(SIDES):
         ours = np.flatnonzero(side == code).tolist()
-        number[ours] = numbers([Stay(_shirt(players[i]), int(first[i]), int(last[i])) for i in ours])
+        number[ours] = shirt_numbers([Stay(_shirt(players[i]), int(first[i]), int(last[i])) for i in ours])
         named = [i for i in ours if _shirt(players[i]) == number[i]]
         squads[word] = {str(number[i]): players[i].full_name for i in named}
         substitutes += [

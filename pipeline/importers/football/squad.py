@@ -25,7 +25,7 @@ class Stay(NamedTuple):
     last_ns: int
 
 
-def numbers(stays: Sequence[Stay]) -> I64:
+def shirt_numbers(stays: Sequence[Stay]) -> I64:
     """The number of each player of one team, int64 [n].
 
     A shirt's number that one player has is kept. All others are tracks: each gets a *place* from

@@ -90,7 +90,7 @@ def environments(data: U8, start: I64, end: I64) -> Environments:
     return Environments(sound, frames, np.concatenate(([0], np.cumsum(counts))), bodies[kept])
 
 
-def score(found: Environments) -> tuple[int, int] | None:
+def goals_counted(found: Environments) -> tuple[int, int] | None:
     """Goals of blue and of yellow in the last frame; None if it counts none."""
     goals = found.frames[-1:, [BLUE_GOALS, YELLOW_GOALS]]
     if not np.isfinite(goals).any():

@@ -56,7 +56,7 @@ def players_of(record: ParsedLines) -> Players:
     )
 
 
-def frames_of(record: ParsedLines, players: Players) -> Frames:
+def shown_frames(record: ParsedLines, players: Players) -> Frames:
     """Samples in our axes and units."""
     per_second = 1000 / record.server.step_ms
     t_ns = np.array(record.ticks, dtype=np.int64) * (record.server.step_ms * 1_000_000)

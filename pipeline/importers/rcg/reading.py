@@ -9,7 +9,7 @@ from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.rcg.events import events_of
 from pitchlore.pipeline.importers.rcg.lines import ParsedLines, scan
-from pitchlore.pipeline.importers.rcg.players import commands_of, frames_of, players_of
+from pitchlore.pipeline.importers.rcg.players import commands_of, players_of, shown_frames
 from pitchlore.pipeline.importers.rows import referee
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
@@ -47,7 +47,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     if not record.numbers:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
     players = players_of(record)
-    frames = frames_of(record, players)
+    frames = shown_frames(record, players)
     events, over = events_of(record, frames.t_ns, source)
     cut = len(whole) < len(source.content) or (record.last_bad and not whole.endswith(b"\n"))
     flaws, reason = _damage(record, frames.t_ns, source.damage, cut=cut)

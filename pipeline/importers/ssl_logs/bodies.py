@@ -142,7 +142,7 @@ def seen_by_tracker(
         for batch in Container(source.pieces()).batches():
             if batch.part >= found.used:
                 break
-            seen, lost = tracker.samples(batch.of(container.TRACKER), chosen.uuid, mapping.visibility)
+            seen, lost = tracker.tracker_samples(batch.of(container.TRACKER), chosen.uuid, mapping.visibility)
             unused += lost
             gathering.add(seen)
             _check(gathering, source)

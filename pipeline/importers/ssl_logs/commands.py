@@ -38,7 +38,7 @@ _STOPPING = {"goal", "half", "end", "stop"}
 _MOST_CARDS = 11
 
 
-def events(
+def command_events(
     told: Sequence[Told], home: int, t_ns: Callable[[Told], int], source: SourceFile
 ) -> list[Event]:
     """Referee events, in order of time.

@@ -14,7 +14,7 @@ _SHOWN = 100
 When = Callable[[int | None], int | None]
 
 
-def flaws(found: Survey, source: SourceFile, when: When) -> tuple[list[Flaw], list[str]]:
+def container_flaws(found: Survey, source: SourceFile, when: When) -> tuple[list[Flaw], list[str]]:
     """Flaws of a log, and the reasons why it is not complete.
 
     Args:

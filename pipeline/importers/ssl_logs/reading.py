@@ -78,14 +78,14 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     if told_pitch is not None:
         flaws += half_a_pitch(frames, told_pitch)
     at = _Times(samples.packets[:, ORDER], t_ns)
-    events = commands.events(found.told, home, at.told, source)
+    events = commands.command_events(found.told, home, at.told, source)
     periods, inferred = _periods(found.told, home, at, events, frames, mapping.teams)
     flaws += inferred
     goals: dict[str, object] = {"from": "referee"}
     if not found.told:
         events, more, goals = _inferred(frames, periods, unsure(periods, inferred), pitch, mapping, source)
         flaws += more
-    damaged, reasons = damage.flaws(found, source, at.received(samples.packets[:, RECEIVED]))
+    damaged, reasons = damage.container_flaws(found, source, at.received(samples.packets[:, RECEIVED]))
     info = MatchInfo(
         match_id=source.match_id, source=source.name, format="ssl-log", home=names[0], away=names[1],
         started_at=_started(samples), pitch=pitch, periods=periods,

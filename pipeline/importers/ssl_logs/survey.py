@@ -175,7 +175,7 @@ def _see(batch: Batch, found: Survey, lags: Lags, senders: Senders) -> None:
 
 
 def _track(batch: Batch, found: Survey) -> None:
-    names, which = tracker.sources(batch)
+    names, which = tracker.trackers_of(batch)
     for i, name in enumerate(names[:_MOST]):
         if name in found.trackers or len(found.trackers) < _MOST:
             found.trackers.setdefault(name, FrameSpan()).add(batch.packets[which == i])

@@ -14,11 +14,12 @@ from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
 
 #: Farther from the centre is nothing, metres; a clock that shows more has no number, seconds.
 _FURTHEST_M, _LATEST_S = 1_000.0, 2.0**33
-#: Columns of a robot, as in ``samples.Samples``, and whether it is seen. A ball has those from ``_X`` on.
+#: Columns of a robot, as in ``samples.CapturedSamples``, and whether it is seen. The ball has those from
+#: ``_X`` on.
 _TEAM, _ID, _X, _Y, _THETA, _VX, _VY, _OMEGA, _SEEN = range(9)
 
 
-def sources(batch: Batch) -> tuple[list[tuple[str, str]], I64]:
+def trackers_of(batch: Batch) -> tuple[list[tuple[str, str]], I64]:
     """The trackers of a batch of tracker packets.
 
     Returns:
@@ -42,7 +43,7 @@ def _text(data: bytes) -> str:
     return printable(data.decode(errors="replace"), NAME_CHARACTERS)
 
 
-def samples(batch: Batch, uuid: str, visibility: float) -> tuple[CapturedSamples, Unused]:
+def tracker_samples(batch: Batch, uuid: str, visibility: float) -> tuple[CapturedSamples, Unused]:
     """Samples of one tracker's packets.
 
     Args:

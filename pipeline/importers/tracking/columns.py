@@ -34,7 +34,7 @@ def typed(raw: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFr
     """A tracking table's columns with our types, in the file's units, axes and order of rows.
 
     Args:
-        raw: one row per body and sample; the columns under our names (see :func:`chosen`). Columns that are
+        raw: one row per body and sample; columns under our names (:func:`columns_to_read`). Columns that are
             not ``TEXT`` are numbers, or text that is yet to be parsed.
         mapping: for the unit of time.
         name: the file's name, for messages.
@@ -63,7 +63,7 @@ def typed(raw: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFr
     return whole.with_columns(pl.col("t_ns") - pl.col("t_ns").min()), flaws
 
 
-def chosen(
+def columns_to_read(
     found: list[str], columns: Columns, name: str, required: Collection[str] = REQUIRED
 ) -> dict[str, str]:
     """Columns to read: our name to the file's name.
@@ -84,7 +84,7 @@ def chosen(
         numbered = {ours for ours, theirs in columns if isinstance(theirs, int)}
         told = ", ".join(
             wanted[ours] + ("" if ours in numbered else _meant(ours, wanted, found)) for ours in missing)
-        raise BadRecording(f"has no column {told}; it has {listed(found)}", where=name, next_step=_MAP)
+        raise BadRecording(f"has no column {told}; it has {first_columns(found)}", where=name, next_step=_MAP)
     read = {ours: theirs for ours, theirs in wanted.items() if theirs in found}
     twice = [theirs for theirs in read.values() if found.count(theirs) > 1]
     if twice:
@@ -113,7 +113,7 @@ def unmatched(table: pl.DataFrame, mapping: TrackingMap) -> list[Flaw]:
     return [Flaw("unmatched map", f"words of the map that are nowhere in the table: {'; '.join(words)}")]
 
 
-def listed(found: Sequence[str]) -> str:
+def first_columns(found: Sequence[str]) -> str:
     """The first columns of a file, for messages."""
     more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
     return f"{', '.join(found[:_SHOWN]) or 'none'}{more}"

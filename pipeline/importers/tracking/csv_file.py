@@ -8,10 +8,16 @@ import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.columns import REQUIRED, chosen
+from pitchlore.pipeline.importers.tracking.columns import REQUIRED, columns_to_read
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.importers.tracking.match import match_of
-from pitchlore.pipeline.importers.tracking.texts import as_utf8, fields, headless, is_number, separator
+from pitchlore.pipeline.importers.tracking.texts import (
+    as_utf8,
+    fields_of_line,
+    headless,
+    is_number,
+    separator,
+)
 from pitchlore.pipeline.importers.tracking.wide import unfolded, wide
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.matches.quality import Flaw
@@ -34,10 +40,10 @@ def detects(head: bytes) -> bool:
     if not lines or "\0" in text or is_markup(head):
         return False
     mark = separator(lines[0])
-    names = fields(lines[0], mark)
+    names = fields_of_line(lines[0], mark)
     if len(names) < len(REQUIRED):
         return False
-    rows = [fields(line, mark) for line in lines[1:]]
+    rows = [fields_of_line(line, mark) for line in lines[1:]]
     if headless(names):
         return any(_alike(names, row) for row in rows)
     return all(names) and all(
@@ -70,17 +76,17 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     header, _, rows = content.partition(b"\n")
     line = header.decode("utf-8", "replace").rstrip("\r")
     mark = separator(line)
-    found = fields(line, mark)
+    found = fields_of_line(line, mark)
     bare = headless(found)
     if bare:
         rows, found = content, _numbered(found, line, mapping, source.name)
     last = rows[rows.rfind(b"\n") + 1 :]
     cut = None
-    if last and len(fields(last.decode("utf-8", "replace"), mark)) < len(found):
+    if last and len(fields_of_line(last.decode("utf-8", "replace"), mark)) < len(found):
         rows = rows[: -len(last)]
         cut = "the incomplete last line was left out"
     columns = wide(found, mapping, source.name)
-    theirs = chosen(found, mapping.columns, source.name) if columns is None else {}
+    theirs = columns_to_read(found, mapping.columns, source.name) if columns is None else {}
     if not rows.strip():
         raise BadRecording("has a header and no row", where=source.name, next_step="Copy or write it again")
     wanted = list(theirs.values()) if columns is None else columns.names()

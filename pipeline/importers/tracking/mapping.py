@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self, get_args
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from pitchlore.pipeline.base.toml import fitted, tables
+from pitchlore.pipeline.base.toml import fitted, toml_tables
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
 from pitchlore.schemas import SIDES, Side
@@ -197,4 +197,4 @@ def load_map(text: str, where: str = "the map") -> TrackingMap:
     Raises:
         BadSettings: if it is not TOML or has a key or value that does not fit.
     """
-    return fitted(TrackingMap, tables(text, where), where, "Mend the map, or leave the key out")
+    return fitted(TrackingMap, toml_tables(text, where), where, "Mend the map, or leave the key out")

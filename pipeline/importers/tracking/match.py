@@ -20,7 +20,7 @@ from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
 from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitch
 from pitchlore.pipeline.importers.tracking.mapping import TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import scoring
-from pitchlore.pipeline.importers.tracking.states import Course, halves, referee_events, words_of
+from pitchlore.pipeline.importers.tracking.states import Course, half_times, referee_events, words_of
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
@@ -101,7 +101,7 @@ def match_of(
     said = words_of(course, names, mapping)
     attacks = mapping.teams.home_attacks
     periods, inferred = infer_periods(
-        frames, halves(course, said), None if attacks is None else (1 if attacks == "right" else -1)
+        frames, half_times(course, said), None if attacks is None else (1 if attacks == "right" else -1)
     )
     told = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
     events, unknown = referee_events(

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.columns import TEXT, chosen
+from pitchlore.pipeline.importers.tracking.columns import TEXT, columns_to_read
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.importers.tracking.match import match_of
 from pitchlore.pipeline.importers.tracking.wide import unfolded, wide
@@ -42,7 +42,8 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         if size > source.limits.megabytes << 20:
             raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
         columns = wide(file.schema_arrow.names, mapping, source.name)
-        theirs = chosen(file.schema_arrow.names, mapping.columns, source.name) if columns is None else {}
+        theirs = {} if columns is not None else columns_to_read(
+            file.schema_arrow.names, mapping.columns, source.name)
         wanted = list(theirs.values()) if columns is None else columns.names()
         arrow = _read(source, wanted)
         # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata

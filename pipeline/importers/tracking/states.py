@@ -149,7 +149,7 @@ def words_of(course: Course, names: tuple[str, str], mapping: TrackingMap) -> St
     return {index: tokens(state, names, mapping) for index, state in changes(course.states)}
 
 
-def halves(course: Course, said: StateWords) -> list[int]:
+def half_times(course: Course, said: StateWords) -> list[int]:
     """Times of the half-times, ns."""
     return [int(course.t_ns[index]) for index, known in said.items() if any(t.event == "half" for t in known)]
 

@@ -78,7 +78,7 @@ def separator(line: str) -> str:
     return next((mark for mark in _SEPARATORS if line.count(mark) > 1), ",")
 
 
-def fields(line: str, mark: str) -> list[str]:
+def fields_of_line(line: str, mark: str) -> list[str]:
     """Fields of a line, without quotes and blanks around them; a separator within quotes is none."""
     if '"' in line:
         try:

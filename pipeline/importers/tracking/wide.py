@@ -9,7 +9,12 @@ import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.columns import REQUIRED, chosen, column_name, listed
+from pitchlore.pipeline.importers.tracking.columns import (
+    REQUIRED,
+    column_name,
+    columns_to_read,
+    first_columns,
+)
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.importers.tracking.words import BALLS, WORDS, bare
 from pitchlore.pipeline.matches.quality import Flaw
@@ -81,7 +86,7 @@ def wide(found: list[str], mapping: TrackingMap, name: str) -> Wide | None:
     read = {column for body in whole for column in body.columns.values()}
     left = [column for columns in parts.values() for column in columns.values() if column not in read]
     flaws = [Flaw("skipped", f"columns without x or y: {', '.join(left[:8])}", len(left))] if left else []
-    sample = chosen(found, mapping.columns, name, ("t",))
+    sample = columns_to_read(found, mapping.columns, name, ("t",))
     return Wide({ours: sample[ours] for ours in _OF_A_SAMPLE if ours in sample}, tuple(whole), tuple(flaws))
 
 
@@ -94,7 +99,8 @@ def _by_map(found: list[str], mapping: TrackingMap, name: str) -> _Bodies:
         missing = [theirs for theirs in named.values() if theirs not in found]
         if missing:
             raise BadRecording(
-                f"has no column {missing[0]} for the body {body!r}; it has {listed(found)}", where=name,
+                f"has no column {missing[0]} for the body {body!r}; it has {first_columns(found)}",
+                where=name,
                 next_step="Mend the map's [bodies] table",
             )
         team, _, player = body.rpartition(" ")
@@ -132,7 +138,7 @@ def _check_of_teams(found: list[str], name: str) -> None:
     numbered = [column for column in found if re.fullmatch(r"[xy][ _.]?\d+", column, re.IGNORECASE)]
     if len(numbered) >= 2 * _BODIES:
         raise BadRecording(
-            f"has columns for bodies of no team: {listed(numbered)}", where=name, next_step=(
+            f"has columns for bodies of no team: {first_columns(numbered)}", where=name, next_step=(
                 'Say whose they are in a map: [bodies] ball = {x = "x0", y = "y0"}, '
                 '"blue 1" = {x = "x1", y = "y1"}'
             ))

@@ -61,7 +61,7 @@ else:
     #: Settings of any rule; the field ``rule`` tells which.
     AnyLearner = Annotated[reduce(or_, [rule.settings for rule in RULES]), Field(discriminator="rule")]
 
-def number_of(settings: LearnerSettings) -> int:
+def rule_number(settings: LearnerSettings) -> int:
     """Number of the rule that the settings belong to.
 
     Raises:

@@ -63,7 +63,7 @@ def mixed(policy: F64, epsilon: float, out: F64) -> None:
 
 
 @kernel
-def select(selection: int, values: F64, temperature: float, out: F64) -> None:
+def selection_weights(selection: int, values: F64, temperature: float, out: F64) -> None:
     """Weights that a :class:`ActionSelection` gives to actions of these values."""
     if selection == 0:
         boltzmann(values, temperature, out)

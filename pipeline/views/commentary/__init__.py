@@ -24,8 +24,13 @@ from pitchlore.pipeline.views.commentary.moments import (
 )
 from pitchlore.pipeline.views.commentary.settings import CommentarySettings
 from pitchlore.pipeline.views.commentary.spells import spells
-from pitchlore.pipeline.views.commentary.summary import MatchStatistics, heading, numbers, summarise
-from pitchlore.pipeline.views.commentary.words import called
+from pitchlore.pipeline.views.commentary.summary import (
+    MatchStatistics,
+    heading,
+    match_statistics,
+    summary_lines,
+)
+from pitchlore.pipeline.views.commentary.words import side_names
 
 __all__ = ["Commentary", "CommentarySettings", "commentary"]
 
@@ -52,7 +57,7 @@ class Commentary:
 
     def numbers(self) -> tuple[str, ...]:
         """The summary for people, line by line."""
-        return tuple(numbers(self.summary))
+        return tuple(summary_lines(self.summary))
 
     def __str__(self) -> str:
         return "\n".join([*self.heading(), *(moment.line() for moment in self.moments), "", *self.numbers()])
@@ -75,7 +80,7 @@ def commentary(match: MatchTables, settings: CommentarySettings | None = None) -
     row, pitch = match.matches, match.pitch
     referee, goals, situations = match.referee, match.goals, match.situations
     trajectories, possession, passes, shots = match.trajectories, match.possession, match.passes, match.shots
-    names = called(row["home"][0], row["away"][0])
+    names = side_names(row["home"][0], row["away"][0])
     touched, kept = at_ball(trajectories, pitch), spells(possession, passes, trajectories, names)
     moments = chain(
         of_the_referee(referee, row, names),
@@ -86,7 +91,7 @@ def commentary(match: MatchTables, settings: CommentarySettings | None = None) -
     )
     told = _chosen(moments, settings)
     told = sorted([*told, *of_lulls(told, kept, names, settings)], key=lambda moment: moment.t_ns)
-    return Commentary(tuple(told), summarise(row, goals, situations, possession, shots, settings))
+    return Commentary(tuple(told), match_statistics(row, goals, situations, possession, shots, settings))
 
 
 def _chosen(moments: Iterable[Moment], settings: CommentarySettings) -> list[Moment]:

@@ -15,7 +15,7 @@ from pitchlore.pipeline.game.roles import roles
 from pitchlore.pipeline.game.touches import touches
 from pitchlore.pipeline.views.commentary.moments import Moment, Weight
 from pitchlore.pipeline.views.commentary.settings import CommentarySettings
-from pitchlore.pipeline.views.commentary.words import DONE, OTHER, robot, score, story
+from pitchlore.pipeline.views.commentary.words import DONE, OTHER, robot, score_words, story
 from pitchlore.schemas import SIDES
 
 
@@ -64,7 +64,7 @@ def of_goals(
     The touches are :func:`at_ball`; ``names`` are what the sides are called.
     """
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
-    scores = [score(row) for row in given.iter_rows(named=True)]
+    scores = [score_words(row) for row in given.iter_rows(named=True)]
     made = goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
     by_time = touched.select(_Touch._fields).sort("t_ns", maintain_order=True)
     touches = [_Touch(*row) for row in by_time.iter_rows()]

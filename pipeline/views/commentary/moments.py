@@ -16,12 +16,12 @@ from pitchlore.pipeline.views.commentary.spells import Spell
 from pitchlore.pipeline.views.commentary.words import (
     OTHER,
     PASSES,
-    clock,
-    listed,
+    enumerated,
     metres,
-    restart,
+    restart_sentence,
     robot,
-    score,
+    score_words,
+    time_elapsed,
 )
 
 #: Robot loses the ball (Table 1).
@@ -60,11 +60,11 @@ class Moment(NamedTuple):
 
     def line(self) -> str:
         """The moment with the match clock, for people."""
-        return f"{clock(self.t_ns):>6}  {self.text}"
+        return f"{time_elapsed(self.t_ns):>6}  {self.text}"
 
     def facts(self) -> dict[str, object]:
         """The moment for programs, with t in seconds since the first sample."""
-        return {"t": self.t_ns / 1e9, "clock": clock(self.t_ns), "kind": self.kind, "team": self.team,
+        return {"t": self.t_ns / 1e9, "clock": time_elapsed(self.t_ns), "kind": self.kind, "team": self.team,
                 "robot": self.robot, "text": self.text}
 
 
@@ -87,7 +87,8 @@ def of_the_referee(
             reason = row["note"].rpartition("goal annulled, ")[2]
             yield Moment(t_ns, "annulled", None, None, f"No goal: {reason}.", Weight.ALWAYS)
         elif event == "fault":
-            yield Moment(t_ns, "restart", team, None, restart(row["note"], names.get(team)), Weight.ALWAYS)
+            text = restart_sentence(row["note"], names.get(team))
+            yield Moment(t_ns, "restart", team, None, text, Weight.ALWAYS)
         elif event == "kick-off" and last != "goal":
             text = f"Kick-off for {names[team]}." if team else "Kick-off."
             yield Moment(t_ns, "kick-off", team, None, text, Weight.ALWAYS)
@@ -100,7 +101,7 @@ def of_the_referee(
 
 
 def _with_score(what: str, row: dict[str, Any]) -> str:
-    return f"{what}, {score(row)}." if score(row) else f"{what}."
+    return f"{what}, {score_words(row)}." if score_words(row) else f"{what}."
 
 
 def of_shots(shots: pl.DataFrame, touched: pl.DataFrame, names: Mapping[str, str]) -> Iterator[Moment]:
@@ -192,5 +193,6 @@ def _kept(spell: Spell, pitch: Pitch) -> str:
     """Words for a team's time on the ball: duration, robots, and distance gained."""
     third = pitch.length / 6
     far = ", up to the other goal's third" if spell.x < third < spell.far else ""
-    mates = f" with {listed([str(number) for number in spell.robots[1:]])}" if len(spell.robots) > 1 else ""
+    others = [str(number) for number in spell.robots[1:]]
+    mates = f" with {enumerated(others)}" if others else ""
     return f"and keeps it{mates} for {spell.seconds:.0f} s{far}"

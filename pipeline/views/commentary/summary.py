@@ -9,7 +9,7 @@ import polars as pl
 from pydantic import BaseModel, ConfigDict
 
 from pitchlore.pipeline.views.commentary.settings import CommentarySettings
-from pitchlore.pipeline.views.commentary.words import clock
+from pitchlore.pipeline.views.commentary.words import time_elapsed
 from pitchlore.schemas import ROLES, note_on
 from pitchlore.schemas.goals import KINDS
 from pitchlore.schemas.situations import MOVES_RANDOMLY
@@ -68,7 +68,7 @@ class MatchStatistics(BaseModel):
     note: str | None
 
 
-def summarise(
+def match_statistics(
     match: pl.DataFrame, goals: pl.DataFrame, situations: pl.DataFrame, possession: pl.DataFrame,
     shots: pl.DataFrame, settings: CommentarySettings,
 ) -> MatchStatistics:
@@ -136,7 +136,7 @@ def _random(done: pl.DataFrame) -> float:
 def heading(summary: MatchStatistics) -> tuple[str, ...]:
     """Teams, score and duration, for people, line by line."""
     home, away = summary.home, summary.away
-    duration = f"{clock(round(summary.duration_s * 1e9))} min"
+    duration = f"{time_elapsed(round(summary.duration_s * 1e9))} min"
     if home.score is None or away.score is None:
         played = f"{home.name} (home) – {away.name} (away), score unknown, {duration}"
     else:
@@ -144,7 +144,7 @@ def heading(summary: MatchStatistics) -> tuple[str, ...]:
     return (played,) if summary.note is None else (played, f"{summary.note}.")
 
 
-def numbers(summary: MatchStatistics) -> Iterator[str]:
+def summary_lines(summary: MatchStatistics) -> Iterator[str]:
     """The summary for people, line by line."""
     sides = {"home": summary.home, "away": summary.away}
     rows = [("", *(f"{team} ({side.name})" for team, side in sides.items()))]

@@ -36,13 +36,13 @@ PASSES: dict[str, str] = {
 OTHER = {"home": "away", "away": "home"}
 
 
-def clock(t_ns: int) -> str:
+def time_elapsed(t_ns: int) -> str:
     """Minutes and seconds since the first sample, rounded down to whole seconds."""
     seconds = t_ns // 1_000_000_000
     return f"{seconds // 60}:{seconds % 60:02d}"
 
 
-def called(home: str, away: str) -> dict[str, str]:
+def side_names(home: str, away: str) -> dict[str, str]:
     """Name of each side: its team, and the side, too, where a team plays itself."""
     return {side: name if home != away else f"{name} ({side})"
             for side, name in (("home", home), ("away", away))}
@@ -53,7 +53,7 @@ def robot(team: str, number: int, role: str | None) -> str:
     return f"{team} {number}" if role is None else f"{team} {number} ({role})"
 
 
-def score(row: dict[str, Any]) -> str:
+def score_words(row: dict[str, Any]) -> str:
     """The score in a row that has it, empty where unknown."""
     known = row["score_home"] is not None and row["score_away"] is not None
     return f"{row['score_home']} : {row['score_away']}" if known else ""
@@ -64,12 +64,12 @@ def metres(length: float) -> str:
     return f"{length:.2f} m" if length < 1 else f"{length:.1f} m" if length < 10 else f"{length:.0f} m"
 
 
-def listed(items: Sequence[str]) -> str:
+def enumerated(items: Sequence[str]) -> str:
     """The items as "a, b and c"."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 
-def restart(note: str | None, team: str | None) -> str:
+def restart_sentence(note: str | None, team: str | None) -> str:
     """Sentence for a restart of a team that is called so; an unknown word is quoted."""
     words = (note or "").replace("_", " ").strip().lower().removesuffix(" l").removesuffix(" r")
     said = RESTARTS.get(words, f"Play restarts ({note})" if note else "Play restarts")

@@ -28,7 +28,7 @@ class Format:
 
 
 def _provider(content: Content) -> FilesByEnding:
-    meta, raw = second_spectrum.files(content)
+    meta, raw = second_spectrum.second_spectrum_files(content)
     return {"meta.json": meta, "tracking.jsonl": raw}
 
 

@@ -27,7 +27,7 @@ _TEAMS = {"home": 100_000, "away": 200_000}
 _NAMES = str.maketrans({"-": "\u2011", ":": "\u2236"})
 
 
-def files(content: Content) -> tuple[bytes, bytes]:
+def second_spectrum_files(content: Content) -> tuple[bytes, bytes]:
     """Metadata (JSON) and samples (JSON, one a line, in order of time).
 
     A sample's number is that of the nearest sample on a regular grid of the whole sampling rate, as

@@ -13,7 +13,7 @@ from pitchlore.pipeline.views.exports.content import PLAY, STOP, Content
 from pitchlore.schemas import SIDES
 
 
-def table(content: Content) -> pl.DataFrame:
+def tracking_table(content: Content) -> pl.DataFrame:
     """A match as a tracking table, one row a body and sample.
 
     Returns:
@@ -66,11 +66,11 @@ def _word(event: str, note: str | None) -> str:
 
 def csv(content: Content) -> bytes:
     """The table as CSV; numbers are the shortest that read as the same float32."""
-    return table(content).write_csv().encode()
+    return tracking_table(content).write_csv().encode()
 
 
 def parquet(content: Content) -> bytes:
     """The table as Parquet."""
     out = io.BytesIO()
-    table(content).write_parquet(out, statistics=False)
+    tracking_table(content).write_parquet(out, statistics=False)
     return out.getvalue()

@@ -35,7 +35,7 @@ def memberships(terms: pl.DataFrame) -> Figure:
     return figure
 
 
-def behaviours(known: pl.DataFrame) -> Figure:
+def plot_behaviours(known: pl.DataFrame) -> Figure:
     """Value against support of every behaviour of a version, by length.
 
     Args:

@@ -109,7 +109,7 @@ _BELOW = {"k": 0.5, "decay": 0.95}
 _SHORTEST = 4
 
 
-def pictures(points: pl.DataFrame, figure: FigureNumber) -> dict[str, bytes]:
+def plots_of_points(points: pl.DataFrame, figure: FigureNumber) -> dict[str, bytes]:
     """Plots of a figure's points as PNG, by name: the figure (6 stands for 6 and 7), other games, readings.
 
     Args:
@@ -117,16 +117,16 @@ def pictures(points: pl.DataFrame, figure: FigureNumber) -> dict[str, bytes]:
         figure: figure that the points are filed under.
     """
     drawn = points.filter(pl.col("study") == "figure")
-    plots = {f"figure-{number}": curves(drawn, number, paper=PEAK)
+    plots = {f"figure-{number}": plot_curves(drawn, number, paper=PEAK)
              for number in ((6, 7) if figure == 6 else (figure,))}
     for game in sorted(set(drawn["game"]) & set(OTHER_GAMES)):
-        plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
+        plots[f"figure-5-{game.split()[0]}"] = plot_curves(drawn, 5, game=game)
     if points["study"].eq("sensitivity").any():
-        plots["sensitivity"] = sensitivity(informative(points))
+        plots["sensitivity"] = plot_sensitivity(informative(points))
     return {name: png(plot) for name, plot in plots.items()}
 
 
-def curves(
+def plot_curves(
     points: pl.DataFrame, figure: int, *, game: str | None = None,
     paper: tuple[float, float, float, float] | None = None,
 ) -> Figure:
@@ -270,7 +270,7 @@ def _scale(axes: Axes, rows: pl.DataFrame, kind: _Figure) -> None:
             axes.set_xticks(x, [f"{k:g}" for k in x])
 
 
-def sensitivity(points: pl.DataFrame) -> Figure:
+def plot_sensitivity(points: pl.DataFrame) -> Figure:
     """Sensitivity to readings of the text: one row for each reading, by learner, and a panel for each game.
 
     Args:

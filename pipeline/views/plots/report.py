@@ -6,7 +6,7 @@ import polars as pl
 
 from pitchlore.pipeline.report.claims import BEST, LEARNED, PAPER
 from pitchlore.pipeline.report.measures import DIFFERENCE, EFFECTIVE, OTHER, OTHER_TIME, Pooling
-from pitchlore.pipeline.report.summary import beside_table_3, curves
+from pitchlore.pipeline.report.summary import beside_table_3, mean_curves
 from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.views.plots import seasons as plots
 from pitchlore.pipeline.views.plots.style import png
@@ -18,7 +18,7 @@ WITHIN: dict[str, Pooling] = {
 }
 
 
-def pictures(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
+def plots_of_seasons(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
     """Plots of seasons as PNG, by their names in the report; a plot without seasons is left out.
 
     Args:
@@ -31,13 +31,14 @@ def pictures(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
         goals = {"effective": EFFECTIVE, "cumulative": EFFECTIVE.cum_sum(), "difference": DIFFERENCE}
         actions = {name: pl.col(name) for name in ("behaviours", "pairs")}
         printed = beside_table_3(games, PAPER)
-        found["table-3"] = plots.table_3(curves(paper, {"other": OTHER}, poolings=WITHIN), printed, CHANGE)
+        found["table-3"] = plots.table_3(
+            mean_curves(paper, {"other": OTHER}, poolings=WITHIN), printed, CHANGE)
         states = {"states": pl.col("states")}
-        found["figure-8"] = plots.states(curves(known, states, ["role"], poolings=WITHIN))
-        found["figure-9"] = plots.actions(curves(known, actions, ["role"], poolings=WITHIN))
-        found["figure-10"] = plots.goals(curves(paper, goals, poolings=WITHIN))
+        found["figure-8"] = plots.states(mean_curves(known, states, ["role"], poolings=WITHIN))
+        found["figure-9"] = plots.plot_known(mean_curves(known, actions, ["role"], poolings=WITHIN))
+        found["figure-10"] = plots.goals(mean_curves(paper, goals, poolings=WITHIN))
     best = games.filter(pl.col("settings") == BEST)
     if best.height:
         both = {"difference": DIFFERENCE, "other": OTHER_TIME}
-        found["best"] = plots.progress(curves(best, both, poolings=WITHIN), LEARNED)
+        found["best"] = plots.progress(mean_curves(best, both, poolings=WITHIN), LEARNED)
     return {name: png(figure) for name, figure in found.items()}

@@ -1,7 +1,7 @@
 """Plots of seasons, game by game: the paper's Table 3 and Figures 8 to 10, and our best settings.
 
 Every table of curves has the columns what, settings, opponent, game, seasons, mean, low and high
-(``pipeline.report.summary.curves``); Figures 8 and 9 have role, too. A line is the mean over the
+(``pipeline.report.summary.mean_curves``); Figures 8 and 9 have role, too. A line is the mean over the
 seasons; its band is the 95 % interval.
 """
 
@@ -65,7 +65,7 @@ def states(curves: pl.DataFrame) -> Figure:
     return keyed(_drawn(_by_role(curves, {"states": "states"}), 3))
 
 
-def actions(curves: pl.DataFrame) -> Figure:
+def plot_known(curves: pl.DataFrame) -> Figure:
     """Figure 9: known behaviours of each role, and pairs of state and behaviour, from curves of both."""
     labels = {"behaviours": "distinct behaviours", "pairs": "(state, behaviour) pairs"}
     return keyed(_drawn(_by_role(curves, labels), 3))

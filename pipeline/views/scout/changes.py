@@ -67,7 +67,7 @@ def change_of_count(first: int | None, second: int | None, seconds: tuple[float,
     return Change(first, second, 2 * low - n, 2 * min(high, n) - n, (second - n * share) / spread)
 
 
-def told(changes: Sequence[tuple[str, Change | None]]) -> str:
+def reported_changes(changes: Sequence[tuple[str, Change | None]]) -> str:
     """The greatest changes of counts in words, or that none is larger than chance gives.
 
     Args:

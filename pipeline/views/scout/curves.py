@@ -32,7 +32,7 @@ class TermCurve(NamedTuple):
     falls_at: float | None
 
 
-def curves(terms: Sequence[TermCurve], label: str) -> Markup:
+def term_chart(terms: Sequence[TermCurve], label: str) -> Markup:
     """A chart of terms of one variable: membership 0 to 1 over the variable, one line a term."""
     corners = [at for term in terms for at in (term.a, term.b, term.c, term.d) if at is not None]
     low, high = min(corners), max(corners)

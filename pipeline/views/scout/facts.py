@@ -230,7 +230,7 @@ class Mean(NamedTuple):
     n: int
 
 
-def mean(values: Sequence[float]) -> Mean | None:
+def mean_number(values: Sequence[float]) -> Mean | None:
     """The mean of a number over matches; None without any."""
     if not values:
         return None
@@ -251,7 +251,7 @@ def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None
         known = [(getattr(own, name), minutes) for own, minutes in each if getattr(own, name) is not None]
         share = name in ("possession", "territory")
         per = [value if share else 10 * value / minutes for value, minutes in known]
-        found[name] = _within(mean(per), 1.0 if share else None)
+        found[name] = _within(mean_number(per), 1.0 if share else None)
     return found
 
 

@@ -32,7 +32,7 @@ def occurrences(sequence: pl.DataFrame, behaviours: pl.DataFrame) -> pl.DataFram
     return pl.concat(found)
 
 
-def placed(found: pl.DataFrame, trajectories: pl.DataFrame) -> pl.DataFrame:
+def occurrence_places(found: pl.DataFrame, trajectories: pl.DataFrame) -> pl.DataFrame:
     """Where occurrences began and ended.
 
     Args:

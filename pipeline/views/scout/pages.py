@@ -31,7 +31,7 @@ def _environment() -> Environment:
     return made
 
 
-def page(name: str, *, up: str = "", of: str | None = None, **facts: Any) -> bytes:
+def rendered(name: str, *, up: str = "", of: str | None = None, **facts: Any) -> bytes:
     """A page from its template.
 
     Args:
@@ -43,7 +43,7 @@ def page(name: str, *, up: str = "", of: str | None = None, **facts: Any) -> byt
     return _environment().get_template(f"{name}.html").render(up=up, of=of, **facts).encode()
 
 
-def files() -> dict[str, bytes]:
+def page_files() -> dict[str, bytes]:
     """The style sheet and the scripts; the replay's code is in that of all pages."""
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
     styles, scripts = ([own.joinpath(name).read_text(encoding="utf-8") for name in names]

@@ -73,7 +73,7 @@ def actions_of(moments: pl.DataFrame) -> pl.DataFrame:
     return found.select("behaviour_id", letters, "share", "gain")
 
 
-def picture(moments: pl.DataFrame, letters: Mapping[str, str], pitch: Pitch, label: str) -> Markup:
+def preference_picture(moments: pl.DataFrame, letters: Mapping[str, str], pitch: Pitch, label: str) -> Markup:
     """The most preferred action in each part of the pitch that the ball was in, for one role.
 
     The larger the dot, the greater the share of the moments in which that action is preferred.

@@ -55,7 +55,7 @@ class Paid(NamedTuple):
     conceded: Share
 
 
-def soon(column: str) -> pl.Expr:
+def came_soon(column: str) -> pl.Expr:
     """True where an outcome in a row of schema Restarts came within SOON_S of the first touch."""
     return (pl.col(column) - pl.col("taken_ns") <= round(SOON_S * 1e9)).fill_null(value=False)
 
@@ -72,7 +72,7 @@ def paid(restarts: pl.DataFrame) -> list[Paid]:
         for kind in RESTARTS:
             rows = mine.filter(pl.col("kind") == kind)
             if rows.height:
-                hits = rows.select(soon(name).sum() for name in OUTCOMES).row(0)
+                hits = rows.select(came_soon(name).sum() for name in OUTCOMES).row(0)
                 found.append(Paid(kind, own, *(
                     Share(count, rows.height, *wilson(count, rows.height)) for count in hits)))
     return found
@@ -123,7 +123,7 @@ def any_moment(
             for side, other in (SIDES, SIDES[::-1])}
 
 
-def over_matches(each: list[FollowedSamples]) -> Paid | None:
+def control_over_matches(each: list[FollowedSamples]) -> Paid | None:
     """The control over a team's sides in matches; None without a sample. Its shares have no interval."""
     n, *hits = (sum(values) for values in zip(*each, strict=True)) if each else (0,)
     if not n:

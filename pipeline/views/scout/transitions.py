@@ -56,7 +56,7 @@ def transitions(decisions: pl.DataFrame) -> Successions:
     return Successions(begun, counts)
 
 
-def around(found: Successions) -> dict[str, tuple[list[Followed], list[Followed]]]:
+def neighbours_of(found: Successions) -> dict[str, tuple[list[Followed], list[Followed]]]:
     """By behaviour: up to two that came before most often, and up to two that followed."""
     total = dict(found.begun.select("behaviour_id", "n").iter_rows())
     near: dict[str, tuple[list[Followed], list[Followed]]] = {name: ([], []) for name in total}

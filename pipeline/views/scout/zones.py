@@ -94,7 +94,7 @@ def samples(trajectories: pl.DataFrame) -> dict[str, RoleSamples]:
     return found
 
 
-def played(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dict[int, RobotNumbers]:
+def robot_numbers(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]]) -> dict[int, RobotNumbers]:
     """Numbers of each robot of a team over its sides in matches: their samples, and the matches' minutes.
 
     Of roles with as many samples the first by name is taken.

@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.ball import has_ball, touches
+from pitchlore.pipeline.arena.teams.ball import has_ball, touches_ball
 from pitchlore.pipeline.arena.teams.executors import actions
 from pitchlore.pipeline.arena.teams.executors.controllers import control
 from pitchlore.pipeline.arena.teams.executors.endings import is_over
@@ -116,7 +116,7 @@ def act(robot: int, view: F64, m: Measures, own: Record, wheels: F64) -> bool:
     if thing >= actions.OPPONENT and own["other"] < 0:
         set_wheels(0.0, 0.0, robot, m, wheels)
         return True
-    if has_ball(view, robot, m) or (verb == actions.KICK and touches(view, robot, m)):
+    if has_ball(view, robot, m) or (verb == actions.KICK and touches_ball(view, robot, m)):
         own["had_ball"] = True
     dx, dy = actions.to_aim(view, robot, thing, own["other"], m)
     control(view, robot, verb, thing, dx, dy, m, own, wheels)

@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.ball import COS_FACING, coming, has_ball, push, soon, spin, touches
+from pitchlore.pipeline.arena.teams.ball import COS_FACING, coming, has_ball, push, soon, spin, touches_ball
 from pitchlore.pipeline.arena.teams.executors import actions
 from pitchlore.pipeline.arena.teams.executors.actions import GONE
 from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit
@@ -109,7 +109,7 @@ def _kick(view: F64, robot: int, m: Measures, own: Record, wheels: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _give(view: F64, robot: int, other: int, m: Measures, own: Record, wheels: F64) -> None:
     """022, 023: push the ball to an opponent, pass it to a teammate; back off once the other touches it."""
-    if own["had_ball"] and touches(view, other, m):
+    if own["had_ball"] and touches_ball(view, other, m):
         dx, dy = offset(view, BALL, robot)
         steer(view, robot, dx, dy, m.top, EITHER, m, wheels)
     else:

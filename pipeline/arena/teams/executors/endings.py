@@ -34,7 +34,7 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.ball import COS_FACING, has_ball, touches
+from pitchlore.pipeline.arena.teams.ball import COS_FACING, has_ball, touches_ball
 from pitchlore.pipeline.arena.teams.executors import actions
 from pitchlore.pipeline.arena.teams.executors.actions import GONE
 from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of
@@ -74,19 +74,19 @@ def is_over(
     if verb in (actions.REACH, actions.RECEIVE):
         return has
     if verb == actions.BLOCK:
-        return touches(view, robot, m) and not has
+        return touches_ball(view, robot, m) and not has
     if verb == actions.HOLD:
         return _lasts(has, _GAINED_S, m, own)
     if verb == actions.GUIDE:
         both_move = speed_of(view, robot) > m.moving and speed_of(view, BALL) > m.moving
         return _lasts(has and both_move and _heads_along(view, robot), _GUIDED_S, m, own)
-    if not own["had_ball"] or touches(view, robot, m):
+    if not own["had_ball"] or touches_ball(view, robot, m):
         return False
     if verb == actions.KICK:
         return _kicked(view, robot, own["lasted"] == GONE, m)
     if verb == actions.GIVE:
         let_go = own["lasted"] == GONE and distance(view, robot, BALL) > m.close
-        return let_go or touches(view, own["other"], m)
+        return let_go or touches_ball(view, own["other"], m)
     return verb == actions.LEAVE and _left(view, robot, m)
 
 

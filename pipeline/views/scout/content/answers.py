@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.views.scout.content.chances import shots_over, with_chances
-from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, over_sides, sides_of
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, over_sides, sides_played
 from pitchlore.pipeline.views.scout.scored import Scored, again, of_side, scored, summary
 from pitchlore.pipeline.views.scout.shooting import shooting
 from pitchlore.pipeline.views.scout.words import said
@@ -18,7 +18,7 @@ from pitchlore.pipeline.views.scout.zones import (
     RoleSamples,
     losses,
     passing,
-    played,
+    robot_numbers,
     samples,
 )
 from pitchlore.schemas import SIDES
@@ -42,7 +42,7 @@ def of_match(match: LeagueMatch, kept: MatchAnswers) -> dict[str, dict[str, Any]
     shots = with_chances(match)
     found: dict[str, dict[str, Any]] = {}
     for side in SIDES:
-        seen = played([(kept.robots[side], minutes)])
+        seen = robot_numbers([(kept.robots[side], minutes)])
         held, passes, own = (table.filter(team=side) for table in (match.possession, match.passes, shots))
         found[side] = {
             "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
@@ -56,11 +56,11 @@ def kept(match: LeagueMatch) -> MatchAnswers:
     return MatchAnswers(samples(match.trajectories), goals_of(match))
 
 
-def of_team(
+def team_answers(
     team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """The answers about a team over its matches; ``lines`` are the league's, by match."""
-    sides = [(match, side) for match in matches for side in sides_of(team, match)]
+    sides = [(match, side) for match in matches for side in sides_played(team, match)]
     lengths = {match.name: match.pitch.length for match in matches}
     seen = robots_of(sides, lines)
     return {
@@ -74,8 +74,8 @@ def robots_of(
     sides: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
 ) -> dict[int, RobotNumbers]:
     """Roles and minutes of each robot of a team in its matches."""
-    return played(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
-                   lines[match.name]["seconds"] / 60) for match, side in sides)
+    return robot_numbers(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
+                                 lines[match.name]["seconds"] / 60) for match, side in sides)
 
 
 def goals_over(

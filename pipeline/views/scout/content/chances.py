@@ -53,7 +53,7 @@ def known_in(matches: int, xg: Sequence[Mean | None]) -> str:
     return f"{says}. They are of shots; a ball pushed over the line is a goal without a shot."
 
 
-def words_of(shot: Mapping[str, Any]) -> str:
+def shot_words(shot: Mapping[str, Any]) -> str:
     """A shot in words: its outcome, its distance and its expected goals, as far as they are known."""
     says = f"{shot['outcome']}, from {shot['distance']:.2f} m"
     return says if shot["xg"] is None else f"{says}, xG {shot['xg']:.2f}"

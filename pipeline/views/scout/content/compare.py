@@ -14,7 +14,12 @@ from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.views.scout.content.matches import MEASURES
-from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, against_itself, counted
+from pitchlore.pipeline.views.scout.content.sources import (
+    LeagueMatch,
+    TeamName,
+    against_itself,
+    matches_in_words,
+)
 from pitchlore.pipeline.views.scout.content.teams import over
 from pitchlore.pipeline.views.scout.words import NAMES, short
 from pitchlore.schemas import SIDES, Behaviours
@@ -23,7 +28,7 @@ from pitchlore.schemas import SIDES, Behaviours
 VERSIONS = 4
 
 
-def numbers(
+def numbers_script(
     league: Sequence[LeagueMatch], teams: Sequence[TeamName], lines: Mapping[str, dict[str, Any]],
     versions: Sequence[Manifest],
 ) -> bytes:
@@ -45,7 +50,7 @@ def numbers(
         } for match in league],
         "teams": [{
             **team._asdict(), "matches": len(own := [it for it in league if team in (it.home, it.away)]),
-            "counted": counted(len(own), against_itself(team, own)),
+            "counted": matches_in_words(len(own), against_itself(team, own)),
             "numbers": over(team, own, lines)[0],
         } for team in teams],
         "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}

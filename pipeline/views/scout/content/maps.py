@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pitchlore.pipeline.views.scout.content.learned import Learned
-from pitchlore.pipeline.views.scout.content.sources import Known, TeamName, counted
+from pitchlore.pipeline.views.scout.content.sources import Known, TeamName, matches_in_words
 from pitchlore.pipeline.views.scout.content.teams import on_page
 from pitchlore.pipeline.views.scout.gallery import ranked
 from pitchlore.pipeline.views.scout.maps import lying, maps
@@ -19,7 +19,7 @@ _NODES, _ARROWS = 16, 4
 _LEAST, _TOLD = 0.04, 6
 
 
-def facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, Any]:
+def maps_facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, Any]:
     """Content of the page of a team's maps."""
     own = ranked(known.of(team)) if known is not None else None
     shown = on_page(team, known, learned)["behaviour_id"].to_list() if known is not None else []
@@ -29,7 +29,7 @@ def facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, An
     played = decisions.unique(["match_id", "team"]).height
     matches = decisions["match_id"].n_unique()
     return {
-        "total": total, "lying": mapped, "counted": counted(matches, played - matches),
+        "total": total, "lying": mapped, "counted": matches_in_words(matches, played - matches),
         "team": team, "version": None if known is None else known.manifest.version, "mapped": learned.mapped,
         "maps": maps(learned.neurons(team), grams, on, NAMES, shown) if on is not None else [],
         "off": 0 if on is None else on["neuron"].null_count(),

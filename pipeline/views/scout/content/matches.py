@@ -10,10 +10,10 @@ import polars as pl
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.commentary import Commentary
-from pitchlore.pipeline.views.commentary.words import called
-from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, told
+from pitchlore.pipeline.views.commentary.words import side_names
+from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
-from pitchlore.pipeline.views.scout.content.chances import rests_on, size, with_chances, words_of
+from pitchlore.pipeline.views.scout.content.chances import rests_on, shot_words, size, with_chances
 from pitchlore.pipeline.views.scout.content.flaws import flaws
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.facts import (
@@ -47,13 +47,13 @@ _HOW = "how it came"
 _BEFORE_S = 1.0
 
 
-def facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> dict[str, Any]:
+def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> dict[str, Any]:
     """Content of the page of a match; ``moments`` are its commentary, ``kept`` as for :func:`line`."""
     row, pitch = match.matches.row(0, named=True), match.pitch
     answers = of_match(match, kept)
     whole = [("whole match", 0, 1 << 62), *halves(match)]
     counts = [numbers(match, start, end) for _, start, end in whole]
-    sides, names = (match.home, match.away), called(match.home.name, match.away.name)
+    sides, names = (match.home, match.away), side_names(match.home.name, match.away.name)
     changes = _changes(counts[1], counts[2], [(end - start) / 1e9 for _, start, end in whole[1:]])
     each, goals = parts(match), [
         (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "",
@@ -63,7 +63,7 @@ def facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> dict[s
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
         "score": score(row), "seconds": row["duration_s"], "flaws": _flaws(match),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
-        "called": names, "changes": changes, "changed": told([
+        "called": names, "changes": changes, "changed": reported_changes([
             (f"{names[side]}: {label}", changes[side][name])
             for side in SIDES for label, name, _ in MEASURES]),
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
@@ -150,7 +150,7 @@ def _shots(match: LeagueMatch, names: Mapping[str, str]) -> dict[str, Any]:
     for shot in with_chances(match).iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
         at = shot["t_ns"] / 1e9
-        says = f"{names[shot['team']]} {shot['robot']}: {words_of(shot)}"
+        says = f"{names[shot['team']]} {shot['robot']}: {shot_words(shot)}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
                           link=moment(match.name, before(at), of=match.name), size=size(shot["xg"])))

@@ -16,12 +16,12 @@ from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
     TeamName,
     against_itself,
-    counted,
+    matches_in_words,
     over_sides,
-    sides_of,
+    sides_played,
 )
 from pitchlore.pipeline.views.scout.gallery import Clip
-from pitchlore.pipeline.views.scout.restarts import SOON_S, paid, soon
+from pitchlore.pipeline.views.scout.restarts import SOON_S, came_soon, paid
 from pitchlore.pipeline.views.scout.scored import clip_of
 from pitchlore.pipeline.views.scout.zones import third
 
@@ -31,7 +31,7 @@ FROM, CLIPS = 20, 3
 _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), ("right", "centre", "left")
 
 
-def facts(
+def opponent_facts(
     team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]],
     gallery: dict[str, Any],
 ) -> dict[str, Any]:
@@ -44,11 +44,11 @@ def facts(
         gallery: the facts of its behaviours.
     """
     last = matches[-FROM:]
-    played = [(match, side) for match in last for side in sides_of(team, match)]
+    played = [(match, side) for match in last for side in sides_played(team, match)]
     behaviours = dangerous(gallery["cards"], gallery["sides"])
     pitch, faced = matches[-1].pitch, over_sides(played, LeagueMatch.shots, own=False)
     return {
-        "team": team, "counted": counted(len(last), against_itself(team, last)),
+        "team": team, "counted": matches_in_words(len(last), against_itself(team, last)),
         "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
         "known": bool(gallery["cards"]),
         "sentences": [
@@ -145,7 +145,7 @@ def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitc
 def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
     """Outcomes of the team's restarts, by the numbers of its page."""
     given = over_sides(played, LeagueMatch.restarts).filter("own")
-    led = given.filter(soon("shot_ns"))
+    led = given.filter(came_soon("shot_ns"))
     parts = ", ".join(
         f"{it.kind} {it.shot.hits} of {it.shot.n} [{it.shot.low:.0%}, {it.shot.high:.0%}]"
         for it in paid(given))

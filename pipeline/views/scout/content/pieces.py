@@ -14,7 +14,7 @@ from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import teams as team_pages
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
-from pitchlore.pipeline.views.scout.pages import page
+from pitchlore.pipeline.views.scout.pages import rendered
 
 
 class MatchTodo(NamedTuple):
@@ -64,8 +64,8 @@ def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Match
     kept = cache(partial(answers.kept, match))
     makers: dict[str, Callable[[], bytes]] = {
         f"data/{match.name}.js": lambda: replays.data(match, told()),
-        f"matches/{match.name}.html": lambda: page(
-            "match", up="../", of=match.name, **around, **match_pages.facts(match, told(), kept())),
+        f"matches/{match.name}.html": lambda: rendered(
+            "match", up="../", of=match.name, **around, **match_pages.match_facts(match, told(), kept())),
     }
     return MatchPages({name: makers[name]() for name in todo.pages},
                 match_pages.line(match, kept()) if todo.line else None)
@@ -93,7 +93,7 @@ class TeamTodo(NamedTuple):
     imitated: bool
 
 
-def of_team(
+def pages_of_team(
     data: Path, team: TeamTodo, pages: Collection[str], around: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """The pages of a team, by name.
@@ -113,13 +113,13 @@ def of_team(
     shown = cache(partial(_gallery, team, behind))
     makers: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         f"teams/{slug}.html": ("team", lambda: {
-            "imitated": team.imitated, **team_pages.facts(team.team, team.matches, team.lines)}),
+            "imitated": team.imitated, **team_pages.team_facts(team.team, team.matches, team.lines)}),
         f"behaviours/{slug}.html": ("behaviours", shown),
-        f"maps/{slug}.html": ("map", lambda: maps.facts(team.team, team.known, behind)),
-        f"against/{slug}.html": ("opponent", lambda: opponent.facts(
+        f"maps/{slug}.html": ("map", lambda: maps.maps_facts(team.team, team.known, behind)),
+        f"against/{slug}.html": ("opponent", lambda: opponent.opponent_facts(
             team.team, team.matches, team.lines, shown())),
     }
-    return {name: page(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
+    return {name: rendered(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
 
 
 def _gallery(team: TeamTodo, behind: Learned) -> dict[str, Any]:

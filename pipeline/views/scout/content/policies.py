@@ -84,7 +84,7 @@ def newest_policies(store: Store, league: Sequence[LeagueMatch]) -> list[Newest]
     return list(found.values())
 
 
-def summary(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any]]:
+def policy_lines(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any]]:
     """A line for each policy; counts are None for one that was trained before states were kept."""
     lines = []
     for each in policies:
@@ -97,7 +97,7 @@ def summary(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any]]:
     return lines
 
 
-def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, Any]:
+def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, Any]:
     """Content of the page of a policy.
 
     Args:
@@ -144,7 +144,7 @@ def _looks(
     """Preferences of a policy that looks, role by role; none without moments in which players decided."""
     from pitchlore.pipeline.views.scout.preferred import (  # noqa: PLC0415 (numba's code is loaded with it)
         actions_of,
-        picture,
+        preference_picture,
         preferred,
     )
 
@@ -163,7 +163,7 @@ def _looks(
         label = f"the action that a {role} prefers, by where the ball is"
         roles.append({
             "role": role, "moments": moments.height, "gain": moments["gain"].mean(),
-            "picture": picture(moments, letters, policy.pitch, label),
+            "picture": preference_picture(moments, letters, policy.pitch, label),
             "actions": [
                 row | {"words": of_behaviour(row["behaviour_id"]), "link": cards.get(row["behaviour_id"])}
                 for row in actions.iter_rows(named=True)],

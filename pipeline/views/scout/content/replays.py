@@ -23,7 +23,7 @@ def data(match: LeagueMatch, told: Commentary) -> bytes:
     return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 
 
-def files(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> dict[str, bytes]:
+def replay_files(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> dict[str, bytes]:
     """The files that all replays load: their code, their style, and the teams' behaviours."""
     return {"replay.js": script().encode(), "replay.css": style().encode(),
             "known.js": known_behaviours(teams, known, learned)}

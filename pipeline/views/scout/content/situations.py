@@ -11,7 +11,7 @@ from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.situations.rulebook import rule_table, term_table, terms_used
 from pitchlore.pipeline.situations.rules import MACROS
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch
-from pitchlore.pipeline.views.scout.curves import TermCurve, curves, swatch
+from pitchlore.pipeline.views.scout.curves import TermCurve, swatch, term_chart
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.words import NAMES
 from pitchlore.schemas import Situations
@@ -22,7 +22,7 @@ _KINDS = tuple(kind.value for kind in Kind)
 _CORNERS = ("a", "b", "c", "d", "rises_at", "falls_at")
 
 
-def facts(league: Sequence[LeagueMatch]) -> dict[str, Any]:
+def situation_facts(league: Sequence[LeagueMatch]) -> dict[str, Any]:
     """Content of the page."""
     each = {kind: [match for match in league if match.pitch.kind.value == kind] for kind in _KINDS}
     rows = pl.concat([Situations.empty().with_columns(kind=pl.lit("")), *(
@@ -69,7 +69,7 @@ def _curves(terms: dict[str, pl.DataFrame], name: str) -> Iterable[dict[str, Any
             where = "all kinds of pitch" if len(kinds) == len(_KINDS) else ", ".join(kinds)
             yield {
                 "variable": variable, "unit": unit, "kinds": " ".join(kinds), "where": where,
-                "picture": curves(lines, f"membership of {variable} in the terms of {name}, {where}"),
+                "picture": term_chart(lines, f"membership of {variable} in the terms of {name}, {where}"),
                 "terms": [line._asdict() | {"swatch": swatch(place), "signals": ", ".join(of_term[line.term])}
                           for place, line in enumerate(lines)],
             }

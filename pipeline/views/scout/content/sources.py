@@ -89,7 +89,7 @@ def played(store: Store) -> Iterator[LeagueMatch]:
             yield LeagueMatch(StoreInputs(store, {"matches": (log,), **there}), *teams)
 
 
-def chosen(league: Sequence[LeagueMatch], names: Sequence[str]) -> list[LeagueMatch]:
+def chosen_matches(league: Sequence[LeagueMatch], names: Sequence[str]) -> list[LeagueMatch]:
     """The matches of some teams, and those whose ids are named or begin so; all without names.
 
     Raises:
@@ -110,12 +110,12 @@ def chosen(league: Sequence[LeagueMatch], names: Sequence[str]) -> list[LeagueMa
     return [match for match in league if match.name in kept]
 
 
-def sides_of(team: TeamName, match: LeagueMatch) -> list[str]:
+def sides_played(team: TeamName, match: LeagueMatch) -> list[str]:
     """The sides that a team plays in a match; both, if it plays itself."""
     return [side for side, own in zip(SIDES, (match.home, match.away), strict=True) if own == team]
 
 
-def counted(matches: int, itself: int) -> str:
+def matches_in_words(matches: int, itself: int) -> str:
     """A number of matches in words, and how many of them a team plays against itself."""
     says = f"{matches} {'match' if matches == 1 else 'matches'}"
     if not itself:

@@ -10,8 +10,8 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.views.scout.content.answers import of_team
-from pitchlore.pipeline.views.scout.content.chances import known_in, shots_over, size, words_of
+from pitchlore.pipeline.views.scout.content.answers import team_answers
+from pitchlore.pipeline.views.scout.content.chances import known_in, shot_words, shots_over, size
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.matches import MEASURES, before
 from pitchlore.pipeline.views.scout.content.sources import (
@@ -19,21 +19,21 @@ from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
     TeamName,
     against_itself,
-    counted,
+    matches_in_words,
     over_sides,
     sequence,
-    sides_of,
+    sides_played,
 )
 from pitchlore.pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
 from pitchlore.pipeline.views.scout.following import FOLLOWS_S, followed_by, following
 from pitchlore.pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
 from pitchlore.pipeline.views.scout.maps import lying, neuron_key
 from pitchlore.pipeline.views.scout.moments import moment
-from pitchlore.pipeline.views.scout.occurrences import occurrences, placed
+from pitchlore.pipeline.views.scout.occurrences import occurrence_places, occurrences
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
 from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, paid
-from pitchlore.pipeline.views.scout.restarts import over_matches as any_moment
-from pitchlore.pipeline.views.scout.transitions import Followed, around, transitions
+from pitchlore.pipeline.views.scout.restarts import control_over_matches as any_moment
+from pitchlore.pipeline.views.scout.transitions import Followed, neighbours_of, transitions
 from pitchlore.pipeline.views.scout.words import of_behaviour, said
 from pitchlore.schemas import SIDES, note_on
 
@@ -52,16 +52,16 @@ PASSES = 200
 _ATTACKS = "It attacks to the right."
 
 
-def facts(
+def team_facts(
     team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Content of a team's page on its matches; ``lines`` are the league's, by match."""
     rows = []
     leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
-    moments, played = [], [(match, side) for match in matches for side in sides_of(team, match)]
+    moments, played = [], [(match, side) for match in matches for side in sides_played(team, match)]
     for match in matches:
         line = lines[match.name]
-        for side in sides_of(team, match):
+        for side in sides_played(team, match):
             moments.append(FollowedSamples(*line["any_moment"][side]))
             for name, each in leads.items():
                 each.append(ByLead(*line["by_lead"][side][name]))
@@ -70,8 +70,9 @@ def facts(
                 "against": (match.away if side == "home" else match.home).name})
     own, other = over(team, matches, lines)
     return {
-        "team": team, "matches": rows, "counted": counted(len(matches), against_itself(team, matches)),
-        "answers": of_team(team, matches, lines), "measures": MEASURES, "own": own, "other": other,
+        "team": team, "matches": rows,
+        "counted": matches_in_words(len(matches), against_itself(team, matches)),
+        "answers": team_answers(team, matches, lines), "measures": MEASURES, "own": own, "other": other,
         "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
         "pictures": _pictures(team, matches),
         "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
@@ -87,7 +88,7 @@ def over(
     found: list[list[tuple[Numbers, float]]] = [[], []]
     for match in matches:
         line = lines[match.name]
-        for side in sides_of(team, match):
+        for side in sides_played(team, match):
             minutes = max(line["seconds"] / 60, 1e-9)
             for each, of in zip(found, (side, SIDES[1 - SIDES.index(side)]), strict=True):
                 each.append((Numbers(**line["numbers"][of]), minutes))
@@ -111,10 +112,10 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     """Where a team loses the ball, shoots, passes and stands with and without the ball."""
     pitch = matches[-1].pitch
     same = [match for match in matches if match.pitch == pitch]
-    sides = [(match, side) for match in same for side in sides_of(team, match)]
+    sides = [(match, side) for match in same for side in sides_played(team, match)]
     losses = over_sides(sides, LeagueMatch.possession).filter(pl.col("ended") == "lost")
     arrows, shots = over_sides(sides, LeagueMatch.passes), shots_over(sides)
-    places = [places_of(match, side) for match in same[-8:] for side in sides_of(team, match)]
+    places = [places_of(match, side) for match in same[-8:] for side in sides_played(team, match)]
     keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
     count = len(same[-8:])
     last = "its last match" if count == 1 else f"its last {count} matches"
@@ -150,7 +151,7 @@ def _shots(shots: pl.DataFrame) -> list[Mark]:
         at = before(row["t_ns"] / 1e9)
         marks.append(Mark(
             row["x"], row["y"], f"mark home {row['outcome']}",
-            f"robot {row['robot']}: {words_of(row)}", size=size(row["xg"]),
+            f"robot {row['robot']}: {shot_words(row)}", size=size(row["xg"]),
             link=moment(row["match_id"], at)))
     return marks
 
@@ -193,11 +194,11 @@ def gallery(
     seen = [_seen(match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
     ways = paths(pl.concat(rows for match, rows in zip(newest, seen, strict=True) if match.pitch == pitch))
     led = following(pl.concat(seen))
-    by_behaviour, near = clips(pl.concat(seen)), around(transitions(learned.decisions(team)))
+    by_behaviour, near = clips(pl.concat(seen)), neighbours_of(transitions(learned.decisions(team)))
     return {
         "team": team, "version": known.manifest.version, "total": own.height,
         "roles": every["role"].cast(pl.String).unique().sort().to_list(), "follows_s": FOLLOWS_S,
-        "counted_in": counted(len(newest), 0),
+        "counted_in": matches_in_words(len(newest), 0),
         "phrases": [said([code]) for code in every["codes"].explode().unique().sort().to_list()],
         "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids}
                   for row in every.head(LISTED).select(
@@ -232,9 +233,9 @@ def _typical(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
 
 def _seen(match: LeagueMatch, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:
     """The occurrences of all of a team's behaviours in a match, with their places and what followed."""
-    found = pl.concat([occurrences(sequence(match, side), own) for side in sides_of(team, match)])
+    found = pl.concat([occurrences(sequence(match, side), own) for side in sides_played(team, match)])
     trajectories = match.trajectories
-    return followed_by(placed(found, trajectories), match.shots, match.goals, trajectories)
+    return followed_by(occurrence_places(found, trajectories), match.shots, match.goals, trajectories)
 
 
 def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict[str, Any]:

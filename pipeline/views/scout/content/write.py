@@ -16,7 +16,7 @@ from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE, canonical, digest, source_hash
-from pitchlore.pipeline.views.commentary.words import called
+from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout.content import compare, danger, replays
 from pitchlore.pipeline.views.scout.content import matches as match_pages
@@ -24,18 +24,18 @@ from pitchlore.pipeline.views.scout.content import policies as policy_pages
 from pitchlore.pipeline.views.scout.content import situations as situation_pages
 from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.learned import Learned
-from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, of_team
+from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, pages_of_team
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
     TeamName,
-    chosen,
+    chosen_matches,
     newest,
     played,
     readable,
-    sides_of,
+    sides_played,
 )
 from pitchlore.pipeline.views.scout.content.teams import FROM, on_page
-from pitchlore.pipeline.views.scout.pages import files, page
+from pitchlore.pipeline.views.scout.pages import page_files, rendered
 from pitchlore.schemas import SIDES, Behaviours
 
 #: Matches of a piece of work: a process takes as long to start as to make the pages of a few.
@@ -59,7 +59,7 @@ class WrittenPages(NamedTuple):
     size: int
 
 
-def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> WrittenPages:
+def write_pages(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> WrittenPages:
     """Write the pages of matches that have run; those that stand are kept.
 
     Args:
@@ -79,21 +79,21 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     if not league:
         raise NotFound("no match has run", where=store.where,
                        next_step="Import recordings and run: `pitchlore run`")
-    whole, league = league, chosen(league, names)
+    whole, league = league, chosen_matches(league, names)
     every = len(whole)
     folder = Folder(store, out or store.root / _folder(names))
     known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
     behind = Learned(store, known, league)
     around: dict[str, Any] = {"menu": teams, "made": code, "names_of": {
-        match.name: called(match.home.name, match.away.name) for match in league}}
+        match.name: side_names(match.home.name, match.away.name) for match in league}}
     lines = _matches(store, folder, league, around)
     policies = policy_pages.newest_policies(store, league)
     learned_of = danger.matches_learned(store, known, whole)
     by_team = [TeamTodo(
         team, own := [match for match in league if team in (match.home, match.away)],
         {match.name: lines[match.name] for match in own}, known, league,
-        sum(len(sides_of(team, match)) for match in learned_of),
+        sum(len(sides_played(team, match)) for match in learned_of),
         any(policy.team == team for policy in policies)) for team in teams]
     keys = {it.team: digest(canonical([
         code, teams, [match.key(match.sequences_digests) for match in it.matches],
@@ -103,19 +103,19 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
                                         for team, key in keys.items() if known is not None}, around)
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
-    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
+    folder.put("index.html", everything, lambda: rendered("league", **around, title=TITLE, every=every, rows=[
         _row(match, lines[match.name]) for match in league]))
-    folder.put("situations.html", everything, lambda: page(
-        "situations", **around, **situation_pages.facts(league)))
+    folder.put("situations.html", everything, lambda: rendered(
+        "situations", **around, **situation_pages.situation_facts(league)))
     versions = compare.versions(store)
-    folder.put("words.html", digest(canonical([code, teams])), lambda: page("words", **around))
-    folder.put("compare.html", digest(canonical([code, teams])), lambda: page("compare", **around))
+    folder.put("words.html", digest(canonical([code, teams])), lambda: rendered("words", **around))
+    folder.put("compare.html", digest(canonical([code, teams])), lambda: rendered("compare", **around))
     folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
-        compare.numbers(league, teams, lines, versions)))
+        compare.numbers_script(league, teams, lines, versions)))
     for manifest in versions:
         folder.put(f"compare/v{manifest.version}.js", digest(canonical([everything, manifest.key])), partial(
             compare.knowledge, store, manifest, league, lines))
-    for name, content in (files() | replays.files(teams, known, behind)).items():
+    for name, content in (page_files() | replays.replay_files(teams, known, behind)).items():
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
@@ -137,7 +137,7 @@ def _folder(names: Sequence[str]) -> str:
 def write_after(store: Store, report: RunReport) -> None:
     """Write the pages after a run that has matches. If that fails, it is one more failure of the run."""
     try:
-        write(store)
+        write_pages(store)
     except NotFound:
         pass
     except PitchloreError as error:
@@ -189,7 +189,7 @@ def _teams(
             matches += min(len(team.matches), FROM)
     workers = crew.get() if matches > _AT_ONCE else crew.get().alone()
     key_of = {team.slug: key for team, key in keys.items()}
-    for slug, made in spread(workers, of_team, pieces, len(pieces)):
+    for slug, made in spread(workers, pages_of_team, pieces, len(pieces)):
         for name, content in made.items():
             folder.write(name, key_of[slug], content)
 
@@ -201,8 +201,8 @@ def _policies(
     """The list of policies, and a page for each; behaviours lead to their cards in the team's gallery."""
     made_from = [around["made"], around["menu"]]
     known = [it.key for it in policies]
-    folder.put("policies.html", digest(canonical([*made_from, known])), lambda: page(
-        "policies", **around, rows=policy_pages.summary(store, policies)))
+    folder.put("policies.html", digest(canonical([*made_from, known])), lambda: rendered(
+        "policies", **around, rows=policy_pages.policy_lines(store, policies)))
     for policy, own in zip(policies, known, strict=True):
         key, shown = ("", Behaviours.empty) if policy.team is None else galleries.get(
             policy.team, ("", Behaviours.empty))
@@ -210,7 +210,7 @@ def _policies(
         def made(policy: policy_pages.Newest = policy,
                  shown: Callable[[], pl.DataFrame] = shown) -> bytes:
             cards = {name: f"../behaviours/{policy.slug}.html#{name}" for name in shown()["behaviour_id"]}
-            return page("policy", up="../", **around, **policy_pages.facts(store, policy, cards))
+            return rendered("policy", up="../", **around, **policy_pages.policy_facts(store, policy, cards))
 
         folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), made)
 
