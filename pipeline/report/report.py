@@ -97,7 +97,7 @@ def about_played(games: pl.DataFrame, software: str) -> Iterator[str]:
     })
     if BEST in games["settings"]:
         practice = named_settings(BEST).practice
-        yield (f"An apprentice of `{BEST}` plays {practice} more matches beside each game, for learning only. "
+        yield (f"An apprentice of `{BEST}` plays {practice} more matches beside each game, for learning only."
                " Its ablations do so, too, unless they vary this.")
 
 

@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from pitchlore.pipeline.evaluations import slug
+from pitchlore.pipeline.arena.match.recipe import team_slug
 from pitchlore.schemas import ROLES, Evaluations, Games, Growth
 
 
@@ -39,7 +39,7 @@ def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda
 def evaluation(team, against="static", pairs=10, *, goals=lambda i: (1, 0), learned=95, first=0, minutes=8.0):
     """Evaluations of an apprentice; ``goals(match)`` those for and against, ``learned`` per cent."""
     rows = [{
-        "evaluation": slug(team, against)[:51] + "-0123456789ab", "team": team, "policy_version": 35, "knowledge_version": 35,
+        "evaluation": team_slug(team, against)[:51] + "-0123456789ab", "team": team, "policy_version": 35, "knowledge_version": 35,
         "opponent": against, "seed": first + i // 2, "match": 1 + i % 2, "side": ("home", "away")[i % 2],
         "match_seed": 2_000_000_000 + 2 * (first + i // 2), "duration_s": 60 * minutes, "goals_for": goals(i)[0],
         "goals_against": goals(i)[1], "actions": 200, "other_actions": 2 * learned,
