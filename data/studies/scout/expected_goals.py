@@ -26,7 +26,7 @@ from scout.teams_apart import MATCHES, play
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import ModelSettings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.values.chances import FEATURES, features_of
+from pitchlore.pipeline.values.chances import FEATURES, shot_features
 from pitchlore.pipeline.values.shooting import CONTROLS, figures, left_out
 from pitchlore.schemas import Chances, Shots
 
@@ -51,7 +51,7 @@ def shots_of(store: Store) -> pl.DataFrame:
         pitch = Pitch.model_validate(match.details["pitch"])
         found.append(
             chances.with_columns(
-                pl.Series("features", features_of(shots, pitch), dtype=pl.Array(pl.Float64, len(FEATURES))),
+                pl.Series("features", shot_features(shots, pitch), dtype=pl.Array(pl.Float64, len(FEATURES))),
                 scored=shots["outcome"] == "goal", home=pl.lit(str(match.details["home"])),
                 kind=pl.lit(pitch.kind.value))
         )
