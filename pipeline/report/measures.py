@@ -21,7 +21,7 @@ from pitchlore.pipeline.numbers.statistics import UNDEFINED, Estimate, differenc
 from pitchlore.pipeline.report import table3
 from pitchlore.schemas import ROLES, Evaluations, Growth
 
-#: How numbers of seasons become one estimate. ``mean_in_games``: mean with Student's interval; ``count``, ``percent``,
+#: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``,
 #: ``share`` and ``correlation``: the same, cut off at the values that are possible; ``seasons``: share of
 #: seasons whose number is 1 (else 0), with Wilson's interval; ``rate``: mean of shares of games or matches,
 #: with the wider of both.

@@ -14,7 +14,7 @@ from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
 
 #: Farther from the centre is nothing, metres; a clock that shows more has no number, seconds.
 _FURTHEST_M, _LATEST_S = 1_000.0, 2.0**33
-#: Columns of a robot, as in ``tracker_samples.CapturedSamples``, and whether it is seen. The ball has those from
+#: Columns of a robot, as in ``samples.CapturedSamples``, and whether it is seen. The ball has those from
 #: ``_X`` on.
 _TEAM, _ID, _X, _Y, _THETA, _VX, _VY, _OMEGA, _SEEN = range(9)
 

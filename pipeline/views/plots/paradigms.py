@@ -274,7 +274,7 @@ def plot_sensitivity(points: pl.DataFrame) -> Figure:
     """Sensitivity to readings of the text: one row for each reading, by learner, and a panel for each game.
 
     Args:
-        points: schema Paradigms; those of the study ``plot_sensitivity`` are drawn. Points of one reading in one
+        points: schema Paradigms; those of the study ``sensitivity`` are drawn. Points of one reading in one
             game that differ in decay, k or runs share its row; the legend tells them apart.
 
     Raises:
