@@ -21,18 +21,18 @@ from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation
-from pitchlore.pipeline.report.claims import verdicts
-from pitchlore.pipeline.report.document import code, picture, table, web_page
+from pitchlore.pipeline.report.claims import season_verdicts
+from pitchlore.pipeline.report.document import code, markdown_table, picture, web_page
 from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER, seasons_of
-from pitchlore.pipeline.report.preferences import preferred
+from pitchlore.pipeline.report.preferences import preferred_by_role
 from pitchlore.pipeline.report.report import markdown
-from pitchlore.pipeline.report.summary import beside_table_3, curves
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.report.summary import beside_table_3, mean_curves
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.pipeline.views.plots import seasons as plots
-from pitchlore.pipeline.views.plots.report import pictures
+from pitchlore.pipeline.views.plots.report import plots_of_seasons
 from pitchlore.pipeline.views.plots.style import png
 from pitchlore.pipeline.views.report import NAME, sources, write_report
 from pitchlore.pipeline.views.report import tables as tables_in
@@ -56,7 +56,7 @@ def test_table_3():
     """Table 3 is drawn with the paper's values as dots beside it."""
     games, _ = world()
     paper = games.filter(pl.col("settings") == "paper")
-    figure = plots.table_3(curves(paper, {"other": OTHER}), beside_table_3(games, "paper"), 11)
+    figure = plots.table_3(mean_curves(paper, {"other": OTHER}), beside_table_3(games, "paper"), 11)
     human, static = figure.axes
     assert human.get_xlabel() == static.get_xlabel() == "game"
     assert "%" in human.get_ylabel()
@@ -74,7 +74,7 @@ def test_people_in_table_3():
     """Seasons against people are drawn beside the paper's human column, and the second script is not."""
     games, growth = (pl.concat(parts) for parts in zip(world(), season("paper", "person", 7, other=rising(7)), strict=True))
     paper = games.filter(pl.col("settings") == "paper")
-    figure = plots.table_3(curves(paper, {"other": OTHER}), beside_table_3(games, "paper"), 11)
+    figure = plots.table_3(mean_curves(paper, {"other": OTHER}), beside_table_3(games, "paper"), 11)
     human, _ = figure.axes
     assert human.get_title(loc="left") == "against people"
     assert labels(figure) == {"against people (1 season)", "against static (5 seasons)",
@@ -82,26 +82,26 @@ def test_people_in_table_3():
     assert human.lines[0].get_ydata()[:2] == pytest.approx([0.0, 0.3])
     (line,) = {line.get_color() for line in human.lines} & {TEAMS["human"].colour}
     assert line
-    assert labels(plots.states(curves(growth, {"states": pl.col("states")}, ["role"]))) >= {
+    assert labels(plots.states(mean_curves(growth, {"states": pl.col("states")}, ["role"]))) >= {
         "against people (1 season)", "against human-like, a second script (5 seasons)"}
 
 
 def test_one_season():
     """One season is enough to draw the figures, and only its opponent is in the legend."""
     games, growth = tables(season("paper", "static", other=evolving(0)))
-    figure = plots.states(curves(growth, {"states": pl.col("states")}, ["role"]))
+    figure = plots.states(mean_curves(growth, {"states": pl.col("states")}, ["role"]))
     assert labels(figure) == {"against static (1 season)"}
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) goalkeeper", "(b) midfield", "(c) striker"]
     assert figure.axes[0].get_ylabel() == "states"
-    assert set(pictures(games, growth)) == {"table-3", "figure-8", "figure-9", "figure-10"}
+    assert set(plots_of_seasons(games, growth)) == {"table-3", "figure-8", "figure-9", "figure-10"}
 
 
 def test_one_legend():
     """A figure has one legend for all its panels."""
     games, growth = world()
-    for figure in (plots.actions(curves(growth.filter(pl.col("settings") == "paper"),
-                                        {c: pl.col(c) for c in ("behaviours", "pairs")}, ["role"])),
-                   plots.progress(curves(games.filter(pl.col("settings") == "best"), {"difference": DIFFERENCE, "other": OTHER}), 90)):
+    for figure in (plots.plot_known(mean_curves(growth.filter(pl.col("settings") == "paper"),
+                                                        {c: pl.col(c) for c in ("behaviours", "pairs")}, ["role"])),
+                   plots.progress(mean_curves(games.filter(pl.col("settings") == "best"), {"difference": DIFFERENCE, "other": OTHER}), 90)):
         assert len(figure.legends) == 1
 
 
@@ -110,21 +110,21 @@ def test_equal_bytes():
     games, _ = world(2)
     best = games.filter(pl.col("settings") == "best")
     shuffled = best.sample(fraction=1.0, shuffle=True, seed=3)
-    once, again = (png(plots.progress(curves(table, {"difference": DIFFERENCE, "other": OTHER}), 90)) for table in (best, shuffled))
+    once, again = (png(plots.progress(mean_curves(table, {"difference": DIFFERENCE, "other": OTHER}), 90)) for table in (best, shuffled))
     assert once == again
 
 
 def test_no_games():
     """A plot of no games is refused with the reason."""
     with pytest.raises(NotFound, match="there are no games to draw"):
-        plots.states(curves(Growth.empty(), {"states": pl.col("states")}, ["role"]))
+        plots.states(mean_curves(Growth.empty(), {"states": pl.col("states")}, ["role"]))
 
 
 def test_page_of_markdown():
     """A page shows data as they are, marks up sentences, and holds its pictures and colours."""
     text = "\n\n".join([
         "# A & B", "**bold** and `code` < *so*", code(["a < b"]), picture("plot", "What *is* seen"),
-        table(("name", "*n*"), [("<b>*x*|y</b> [1]", "1"), ("reproduced", "reproduced")], (False, True)), "reproduced",
+        markdown_table(("name", "*n*"), [("<b>*x*|y</b> [1]", "1"), ("reproduced", "reproduced")], (False, True)), "reproduced",
     ])
     assert "| &lt;b>\\*x\\*\\|y&lt;/b> \\[1\\] | 1 |" in text
     assert "| --- | ---: |" in text
@@ -152,7 +152,7 @@ def test_script_in_text():
 def test_people_on_page():
     """The page says how much people played, and shows their games beside the paper's."""
     games, growth = tables(*(season("paper", "person", seed, left=2) for seed in (1, 2)), season("best", "static", 1, last=2))
-    text = markdown(games, Evaluations.empty(), 0, verdicts(seasons_of(games, growth)), [], "pitchlore")
+    text = markdown(games, Evaluations.empty(), 0, season_verdicts(seasons_of(games, growth)), [], "pitchlore")
     assert "Seasons that people played: 2, games: 70." in text
     assert "Games left before their end, and played anew: 140." in text
     assert "### Against people" in text
@@ -162,7 +162,7 @@ def test_people_on_page():
 def test_second_script():
     """Until a person plays, the human-like team is called a second script in each table that it is in."""
     games, growth = world()
-    text = markdown(games, apprentices(), 0, verdicts(seasons_of(games, growth)), [], "pitchlore")
+    text = markdown(games, apprentices(), 0, season_verdicts(seasons_of(games, growth)), [], "pitchlore")
     assert "Here nobody has played a season yet" in text
     assert "### Against human-like (a second script), beside the paper's human column" in text
     for line in re.findall(r".*human-like.*", text):
@@ -173,7 +173,7 @@ def test_second_script():
 def test_apprentices_on_page():
     """The page says how apprentices did and what is left out."""
     games, growth = world()
-    text = markdown(games, apprentices(), 3, verdicts(seasons_of(games, growth)), [], "pitchlore").replace("\\", "")
+    text = markdown(games, apprentices(), 3, season_verdicts(seasons_of(games, growth)), [], "pitchlore").replace("\\", "")
     assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 10.0 [10.0, 10.0] | 95.0 [" in text
     assert "Left out: 3 pairs" in text
     assert re.search(r"- The paper, \d+ claims: .*reproduced.*\. 12 more hold by construction and are not counted\.", text)
@@ -188,12 +188,12 @@ ROLE_BY_ROLE = policy(
 def test_preferred():
     """An apprentice prefers the behaviour that is worth most after its doubt is subtracted."""
     # .3 - .7 / 1 against .2 - .7 / 10
-    assert preferred(ROLE_BY_ROLE, 0.7).rows() == [
+    assert preferred_by_role(ROLE_BY_ROLE, 0.7).rows() == [
         ("goalkeeper", "044 Robot reaches the ball, 021 Robot kicks the ball", 0.2, 100.0),
         ("midfield", "044 Robot reaches the ball", 0.1, 4.0), ("striker", "021 Robot kicks the ball", 0.5, 1000.0)]
-    assert preferred(ROLE_BY_ROLE, 0.0)["does"].to_list()[0] == "088 Robot approaches it's own goal"
-    assert preferred(policy(("striker", 0, "021", 1.0), key="self6"), 0.0).height == 0
-    assert preferred(Policies.empty(), 0.0).height == 0
+    assert preferred_by_role(ROLE_BY_ROLE, 0.0)["does"].to_list()[0] == "088 Robot approaches it's own goal"
+    assert preferred_by_role(policy(("striker", 0, "021", 1.0), key="self6"), 0.0).height == 0
+    assert preferred_by_role(Policies.empty(), 0.0).height == 0
 
 
 def test_preferred_is_played():
@@ -202,7 +202,7 @@ def test_preferred_is_played():
     of = Recipe(home=team, away=TeamSettings(kind="static"), seed=1, referee=RefereeSettings(duration_s=20.0))
     played = starting(of, ROLE_BY_ROLE)
     played.advance(20 * 60)
-    does = {role: "-".join(re.findall(r"\d{3}", words)) for role, words, *_ in preferred(ROLE_BY_ROLE, 0.7).iter_rows()}
+    does = {role: "-".join(re.findall(r"\d{3}", words)) for role, words, *_ in preferred_by_role(ROLE_BY_ROLE, 0.7).iter_rows()}
     made = played.take().decisions.filter("chosen")
     assert set(made["behaviour_id"]) == {f"{role}-{codes}" for role, codes in does.items()}
 
@@ -267,7 +267,7 @@ def read(store):
     return tables_in(store, sources(store))
 
 
-SHORT = Season(name="best", opponent="static", seed=1, settings=parse('base = "best"\n[referee]\nduration_s = 2', where="here"))
+SHORT = Season(name="best", opponent="static", seed=1, settings=parse_season('base = "best"\n[referee]\nduration_s = 2', where="here"))
 
 
 @pytest.fixture

@@ -27,11 +27,11 @@ from pitchlore.pipeline.arena.teams.clock import PAPER
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.numbers.claims import Evidence, Range
 from pitchlore.pipeline.numbers.statistics import UNDEFINED, Estimate, wilson
-from pitchlore.pipeline.report.claims import CLAIMS, verdicts
+from pitchlore.pipeline.report.claims import CLAIMS, season_verdicts
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER, seasons_of
 from pitchlore.pipeline.report.preferences import NO_PREFERENCES
-from pitchlore.pipeline.report.summary import curves
+from pitchlore.pipeline.report.summary import mean_curves
 from pitchlore.pipeline.views.report import ReportTables
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
@@ -41,7 +41,7 @@ NONE = Evaluations.empty()
 
 def judged(games, growth, evaluations=NONE):
     """Verdicts on the paper's claims and on ours."""
-    return verdicts(seasons_of(games, growth, evaluations), (*CLAIMS, *OURS))
+    return season_verdicts(seasons_of(games, growth, evaluations), (*CLAIMS, *OURS))
 
 
 def page_of(games, growth, evaluations=NONE, left_out=0, preferences=NO_PREFERENCES):
@@ -213,7 +213,7 @@ def test_ablation_panels():
     every = [season(name, "static", s, last=4, goals=lambda g, k=k, s=s: (k + s * (k == 0), 2))
              for k, name in enumerate(("best", *(f"best-{letter}" for letter in "abcdefg"))) for s in range(2)]
     games, _ = tables(*every, season("best-in-each-state", "static", 0, last=4))
-    figure = ablations_plot(curves(games, {"difference": DIFFERENCE, "other": OTHER}), "best", None)
+    figure = ablations_plot(mean_curves(games, {"difference": DIFFERENCE, "other": OTHER}), "best", None)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert len(shown) == 2 * 8
     titles = [axes.get_title(loc="left") for axes in shown]
@@ -226,7 +226,7 @@ def test_ablation_panels():
     # .5 ± 12.7 × .707 / √2 less 2: the base's band
     assert figure.axes[0].get_ylim()[0] < 0.5 - 12.706 * 0.5 - 2
     five = games.filter(pl.col("settings").is_in(["best", *(f"best-{letter}" for letter in "abcde")]))
-    figure = ablations_plot(curves(five, {"difference": DIFFERENCE, "other": OTHER}), "best", 11)
+    figure = ablations_plot(mean_curves(five, {"difference": DIFFERENCE, "other": OTHER}), "best", 11)
     assert sum(axes.get_visible() for axes in figure.axes) == 2 * 5
 
 

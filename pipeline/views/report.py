@@ -16,16 +16,16 @@ from pitchlore.pipeline.engine.outputs import refusing, table_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
 from pitchlore.pipeline.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.report.claims import BEST, IN_GAMES, STATIC, verdicts
+from pitchlore.pipeline.report.claims import BEST, IN_GAMES, STATIC, season_verdicts
 from pitchlore.pipeline.report.document import web_page
 from pitchlore.pipeline.report.measures import CONTROLS, seasons_of
-from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred
+from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred_by_role
 from pitchlore.pipeline.report.report import COLOURS, markdown
 from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE, Receipt
 from pitchlore.pipeline.store.work import Made
-from pitchlore.pipeline.views.plots.report import pictures
+from pitchlore.pipeline.views.plots.report import plots_of_seasons
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
 #: Name of the noun's only output.
@@ -218,7 +218,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     found = [NO_PREFERENCES]
     for season, player in of:
         policy = labelled(player.store, player.manifest)[1].values
-        does = preferred(policy, player.team.settings.lcb_weight).with_columns(
+        does = preferred_by_role(policy, player.team.settings.lcb_weight).with_columns(
             settings=pl.lit(season.name), opponent=pl.lit(season.opponent), season=pl.lit(season.id))
         found.append(does.select(found[0].columns))
     return pl.concat(found)
@@ -227,7 +227,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
 def _made(found: ReportTables) -> Made:
     """Claims, plots, and the report as Markdown and as a web page."""
     games, growth, evaluations, left_out, _ = found
-    claims, drawn = verdicts(seasons_of(games, growth)), pictures(games, growth)
+    claims, drawn = season_verdicts(seasons_of(games, growth)), plots_of_seasons(games, growth)
     text = markdown(games, evaluations, left_out, claims, list(drawn), RELEASE)
     page = web_page(TITLE, text, drawn, COLOURS)
     return Made(

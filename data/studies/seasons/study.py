@@ -18,7 +18,7 @@ from seasons.page import markdown
 from seasons.plots import pictures
 
 from pitchlore.pipeline.arena.teams.constant import BEST as BEST_CONSTANT
-from pitchlore.pipeline.report.claims import CLAIMS, verdicts
+from pitchlore.pipeline.report.claims import CLAIMS, season_verdicts
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.measures import seasons_of
 from pitchlore.pipeline.store import Store
@@ -78,7 +78,7 @@ def write(out: Path, found: ReportTables) -> None:
     """Write tables as CSV, plots as PNG, and the page as Markdown."""
     out.mkdir(parents=True, exist_ok=True)
     games, growth, evaluations, _, preferences = found
-    claims = verdicts(seasons_of(games, growth, evaluations), (*CLAIMS, *OURS))
+    claims = season_verdicts(seasons_of(games, growth, evaluations), (*CLAIMS, *OURS))
     written = {"games": games, "growth": growth, "evaluations": evaluations, "claims": claims,
                "preferences": preferences, "kick-offs": kick_offs(games)}
     for name, table in written.items():
