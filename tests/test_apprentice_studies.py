@@ -32,10 +32,10 @@ from peers.network import Network
 from pitchlore.pipeline.arena.env import parallel_env
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.constant import Constant
-from pitchlore.pipeline.engine.games import next_of, take
+from pitchlore.pipeline.engine.games import next_of, take_game
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, Pair, play
-from pitchlore.pipeline.seasons.settings import Season, parse
+from pitchlore.pipeline.evaluations import Evaluation, Pair, results_of_pair
+from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow
@@ -63,7 +63,7 @@ LEARNER = HELD._replace(seasons=HELD.seasons[:2], seeds=range(1, 3), late_season
 
 def settings_of(_):
     """Tiny settings, whatever their name."""
-    return parse(TINY, where="tiny.toml")
+    return parse_season(TINY, where="tiny.toml")
 
 
 def seasons(settings, seeds, data, *_, games=2):
@@ -72,7 +72,7 @@ def seasons(settings, seeds, data, *_, games=2):
     for seed in seeds:
         turn = next_of(Store(data), Season(name=settings, opponent=STATIC, seed=seed, settings=own))
         while turn is not None:
-            take(data, turn, discard=True)
+            take_game(data, turn, discard=True)
             turn = turn.following()
 
 
@@ -129,7 +129,7 @@ def test_blind_pairs(data):
     found = played_blind(how, policies, None, seeds)
     assert found.equals(pl.concat([blind_pair(policies, None, Pair(evaluation=how, seed=seed)) for seed in seeds]))
     assert found["seed"].to_list() == seeds
-    assert not found.equals(of_pairs(pl.concat([play(Pair(evaluation=how, seed=seed), policies) for seed in seeds])))
+    assert not found.equals(of_pairs(pl.concat([results_of_pair(Pair(evaluation=how, seed=seed), policies) for seed in seeds])))
 
 
 def test_pairs_are_kept(tmp_path):

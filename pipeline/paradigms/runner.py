@@ -25,9 +25,9 @@ from pitchlore.pipeline.paradigms.rules.memory import (
     Transition,
     memory_of,
 )
-from pitchlore.pipeline.paradigms.rules.rules import adapt, error, number_of, values
-from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, sample, select
-from pitchlore.pipeline.paradigms.settling import PARTS, Settling, look
+from pitchlore.pipeline.paradigms.rules.rules import adapt, error, rule_number, values
+from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, sample, selection_weights
+from pitchlore.pipeline.paradigms.settling import PARTS, Settling, greedy_joint_action
 
 #: A run with an error of at least this has diverged, in the unit of the rewards, which are below 1,000.
 DIVERGED = 1e9
@@ -120,7 +120,7 @@ def _choose(
     """Choose every agent's action, into ``a_t``; one draw for each agent."""
     for agent in range(a_t.shape[0]):
         values(learner.rule, memory, learner.params, agent, s_t, worth)
-        select(selection, worth, temperature, chance)
+        selection_weights(selection, worth, temperature, chance)
         a_t[agent] = sample(chance, rng.random())
 
 
@@ -228,13 +228,13 @@ def _settle(
     ``steps`` are those that it has trained. Returns whether it is bounded, whether it settled, and its steps.
     """
     done = steps
-    before, _ = look(learner.rule, memory, learner.params)
+    before, _ = greedy_joint_action(learner.rule, memory, learner.params)
     while done < most * steps:
         more = max(still, done // PARTS)
         if not _train(rng, dynamics, learner, memory, selection, np.full(more, temperature), False, more):
             return False, False, done
         done += more
-        now, stays = look(learner.rule, memory, learner.params)
+        now, stays = greedy_joint_action(learner.rule, memory, learner.params)
         if stays and (now == before).all():
             return True, True, done
         before = now
@@ -246,7 +246,7 @@ def stream(seeds: Sequence[int], run: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seeds, spawn_key=(run,))))
 
 
-def play(
+def play_runs(
     game: Game, settings: LearnerSettings, training: Training, testing: Testing,
     *, runs: range, seeds: Sequence[int],
 ) -> Runs:
@@ -299,7 +299,7 @@ def dynamics_of(game: Game, settings: LearnerSettings) -> _Dynamics:
 def learner_of(settings: LearnerSettings, agents: int) -> _Learner:
     """The rule of these settings for a team of ``agents``."""
     return _Learner(
-        number_of(settings), settings.params(agents), tosses=settings.TOSSES, joint=settings.JOINT,
+        rule_number(settings), settings.params(agents), tosses=settings.TOSSES, joint=settings.JOINT,
         in_turn=settings.order == "in turn",
     )
 

@@ -51,7 +51,7 @@ from pitchlore.pipeline.values.chances import FEATURES
 from pitchlore.pipeline.values.fitting import fit
 from pitchlore.pipeline.values.moments import moments
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
-from pitchlore.pipeline.views.commentary.summary import heading, numbers
+from pitchlore.pipeline.views.commentary.summary import heading, summary_lines
 from pitchlore.pipeline.views.report import write_report
 from pitchlore.schemas import (
     PUBLIC,
@@ -192,7 +192,7 @@ def commentary_clip() -> Golden:
     """The commentary of the sample's seconds 0 to 120, and its numbers."""
     store = Store(Path(_data().name))
     told = commentary(MatchTables(stored_match(store, next(store.receipts("matches")))))
-    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), "", *numbers(told.summary)]
+    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), "", *summary_lines(told.summary)]
     return Golden("\n".join(lines), settings={"commentary": CommentarySettings().model_dump(mode="json")})
 
 
@@ -277,7 +277,7 @@ def fitted() -> Golden:
     found, report = fit(moments(bodies, read.referee, read.info.pitch, MomentSettings()), ModelSettings())
     assert found is not None
     shots = events(bodies, read.referee, read.info.pitch, EventSettings()).shots
-    by_shots, _ = shooting.fit({"sample": (shots, read.info.pitch)}, ModelSettings().penalty)
+    by_shots, _ = shooting.fit_shots({"sample": (shots, read.info.pitch)}, ModelSettings().penalty)
     told = {"features": FEATURES, "shots": shots.height, "goals": int(by_shots.goals[-1]),
             "weights": by_shots.weights[-1].round(4).tolist()}
     return Golden(
