@@ -301,6 +301,18 @@ def test_no_prefect(tmp_path, clips):
     assert done.stdout == "[]\n"
 
 
+def test_commands_without_prefect():
+    """No module of a command loads Prefect, and none of the engine, the views or the face."""
+    script = ("import pkgutil, sys, importlib, pitchlore.flows.commands, pitchlore.pipeline as pipeline\n"
+              "from pitchlore.pipeline import engine, face, views\n"
+              "for room in (pitchlore.flows.commands, engine, face, views):\n"
+              "    for found in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
+              "        importlib.import_module(found.name)\n"
+              "print([name for name in sys.modules if name.partition('.')[0] == 'prefect'])")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
 def test_other_training(tmp_path, finished):
     """Training with other settings begins anew and counts each match once."""
     data = tmp_path / "data"
