@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import polars as pl
 import pytest
-from conftest import ROOT
+from conftest import RECORDINGS, ROOT
+from football import study
 from support.football import NEEDS_KLOPPY
 
 STUDY = ROOT / "data" / "studies" / "football"
@@ -60,12 +61,9 @@ def test_page() -> None:
 @NEEDS_KLOPPY
 @pytest.mark.slow
 def test_possession_again(tmp_path) -> None:
-    """The study gives the committed counts again."""
-    from conftest import RECORDINGS
-    from football.study import main
-
-    if not RECORDINGS.is_dir():
-        pytest.skip("the recordings are not beside this checkout")
-    main(tmp_path, RECORDINGS)
-    for name in ("possession", "confusion", "touches", "contact", "codes"):
+    """The study gives the committed counts again, with the situations of all recordings that are there."""
+    study.main(tmp_path, RECORDINGS)
+    for name in ("possession", "confusion", "touches", "contact"):
         assert (tmp_path / f"{name}.csv").read_bytes() == (STUDY / f"{name}.csv").read_bytes()
+    again = pl.read_csv(tmp_path / "codes.csv")
+    assert again.equals(table("codes").filter(pl.col("recording").is_in(again["recording"].implode())))

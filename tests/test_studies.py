@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import signal
+import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from subprocess import CompletedProcess
 
 import ball_goals.study
 import fuzz.study
@@ -57,7 +58,7 @@ def commands_here(monkeypatch, call):
     def answer(bench, *words):
         code, said, error = call(*words, "--data", bench.data)
         assert code == 0, error
-        return CompletedProcess(words, code, said, error)
+        return subprocess.CompletedProcess(words, code, said, error)
 
     def settle(league, data=None):
         command("import", *league.recordings, "--data", data or league.data)
@@ -109,6 +110,16 @@ def test_the_makefile_names_every_study():
     called = {path for page in pages for path in re.findall(r"/python data/studies/(\S+\.py)", page.read_text())}
     runs = {str(path.relative_to(STUDIES)) for path in STUDIES.rglob("*.py") if '__name__ == "__main__"' in path.read_text()}
     assert called | {"peers/offline.py", "peers/online.py"} == runs, "peers/study.py calls these two"
+
+
+@pytest.mark.slow
+def test_files_without_the_tests():
+    """Each study that a target runs without the tests on Python's path imports nothing of them."""
+    files = re.findall(r"^\t\S+/python (data/studies/\S+\.py)", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert len(files) > 15
+    code = "import runpy, sys\nfor path in sys.argv[1:]: runpy.run_path(path)"
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    subprocess.run([sys.executable, "-P", "-c", code, *files], cwd=ROOT, env=environment, check=True)
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ ARGUMENT = re.compile(r" {8,}\*{0,2}[A-Za-z_]\w*(?:, \w+)*: (what|whose|whom|who
 #: Files that are being rewritten elsewhere and follow soon.
 WAITING = ("flows/cli.py", "flows/commands/", "flows/imports.py", "flows/jobs.py", "flows/server.py", "flows/serving.py",
            "flows/tasks.py", "pipeline/engine/chain.py", "pipeline/engine/making.py", "pipeline/engine/update.py",
-           "pipeline/engine/versions.py", "pipeline/policies/appraise.py", "data/studies/")
+           "pipeline/engine/versions.py", "pipeline/policies/appraise.py")
 FOLDERS = ("pipeline", "flows", "schemas", "tests", "docs", "data/studies")
 
 
