@@ -55,7 +55,7 @@ A number without a unit is a count or a ratio."""
 _ON_API = """All that `import pitchlore` shows. Nothing else is public: what lies in `pitchlore.pipeline` may
 change in any version. A name is loaded when it is first asked for, so that the import takes milliseconds."""
 #: Names that are listed without their members: settings have a page of their own.
-_NAMED_ONLY = ("Settings", "Pitch", "PitchloreError")
+_NAMED_ONLY = ("MatchSettings", "Settings", "Pitch", "PitchloreError")
 _BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "min_length": "length ≥", "max_length": "length ≤"}
 
 

@@ -31,22 +31,23 @@ if TYPE_CHECKING:
     from pitchlore.pipeline.face.league import League, open  # noqa: A004 (as one says it)
     from pitchlore.pipeline.face.match import Match
     from pitchlore.pipeline.face.reading import play, read
+    from pitchlore.pipeline.face.shipped import studies
     from pitchlore.pipeline.face.versions import Knowledge, Policy
     from pitchlore.pipeline.game.pitch import Pitch
     from pitchlore.pipeline.settings import Settings
 
 __all__ = [
     "Knowledge", "League", "Match", "MatchSettings", "Pitch", "PitchloreError", "Policy", "Settings",
-    "__version__", "env", "open", "parallel_env", "play", "read",
+    "__version__", "env", "open", "parallel_env", "play", "read", "studies",
 ]
 
 #: The module of each name; it is loaded when the name is first asked for, so that commands start at once.
 _MODULES = {
     "Knowledge": "face.versions", "League": "face.league", "Match": "face.match",
-    "MatchSettings": "arena.match.recipe", "Pitch": "game.pitch",
-    "PitchloreError": "base.errors", "Policy": "face.versions", "Settings": "settings",
-    "env": "face.environments", "open": "face.league", "parallel_env": "face.environments",
-    "play": "face.reading", "read": "face.reading",
+    "MatchSettings": "arena.match.recipe", "Pitch": "game.pitch", "PitchloreError": "base.errors",
+    "Policy": "face.versions", "Settings": "settings", "env": "face.environments", "open": "face.league",
+    "parallel_env": "face.environments", "play": "face.reading", "read": "face.reading",
+    "studies": "face.shipped",
 }
 
 

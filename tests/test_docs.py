@@ -109,7 +109,7 @@ def test_reference_of_python(reference):
     for name in set(pitchlore.__all__) - {"__version__"}:
         assert f"\n## {name}\n" in page
     read = section(page, "## read")
-    assert "pitchlore.read(path: str | Path, *more: str | Path, map: str | Path | None = None" in read
+    assert "pitchlore.read(path: str | Path | KloppyDataset, *more: str | Path, map: str | Path | None = None" in read
     assert "settings: Settings = Settings()) -> Match" in read
     assert "| `map` | TOML file" in read
     assert "| `BadRecording` |" in read

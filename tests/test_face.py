@@ -14,6 +14,9 @@ import pyarrow.parquet
 import pytest
 from conftest import ROOT, clip
 from docstring_parser import parse
+from football.skillcorner import FILES
+from support.football import NEEDS_KLOPPY
+from support.football import RECORDINGS as FOOTBALL
 from support.sessions import once
 
 import pitchlore
@@ -302,3 +305,24 @@ def test_examples(name, sample, data, tmp_path, monkeypatch):
     said = []
     doctest.DocTestRunner(verbose=False).run(test, out=said.append)
     assert not said, "".join(said)
+
+
+@NEEDS_KLOPPY
+def test_dataset_of_kloppy():
+    """A dataset that kloppy has loaded is read as its files are."""
+    from kloppy import skillcorner
+
+    files = [FILES / name for name in FOOTBALL["skillcorner"]]
+    ours = pitchlore.read(skillcorner.load(*(file.read_bytes() for file in files)))
+    theirs = pitchlore.read(*files, provider="kloppy:skillcorner")
+    assert ours.info["duration_s"] == theirs.info["duration_s"]
+    assert ours.flaws == theirs.flaws
+    assert ours.trajectories.height == theirs.trajectories.height > 100
+
+
+def test_teams_of_a_league(league):
+    """A team that has learned nothing is none; without a policy the error says how to get one."""
+    with pytest.raises(BadSettings, match="has learned nothing"):
+        league.team("static")
+    with pytest.raises(NotFound, match="there is no policy to play"):
+        league.team("learned")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 import sys
 
 import pytest
@@ -35,6 +36,14 @@ def test_notebook_is_committed_with_outputs(path):
     assert "image" in outputs
     assert all(output.get("name") != "stderr" for cell in code for output in cell.outputs)
     assert path.stat().st_size < 400_000
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebook_uses_the_face(path):
+    """A notebook imports pitchlore, and nothing behind it."""
+    source = "\n".join(cell.source for cell in read(path).cells if cell.cell_type == "code")
+    assert "import pitchlore\n" in source
+    assert not re.search(r"(from|import) pitchlore\.", source)
 
 
 def notebooks(folder, *options) -> int:

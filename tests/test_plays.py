@@ -52,7 +52,7 @@ def test_an_opponent_in_an_environment(tmp_path, text):
     """An apprentice plays in an environment, byte for byte, as in a recorded match: by its clock, and predicting."""
     season = Season(name="short", opponent="static", seed=1, settings=parse_season(text, where="short.toml"))
     take_game(tmp_path, Turn(season, 1), discard=True)
-    one = env(learned_team(tmp_path, season.id), minutes=0.2)
+    one = env(learned_team(Store(tmp_path), season.id), minutes=0.2)
     one.reset(seed=3)
     policies = {}
     team = entrant(Store(tmp_path), season.id, policies)
@@ -63,13 +63,13 @@ def test_an_opponent_in_an_environment(tmp_path, text):
     for _ in range(600):
         one.step(np.zeros(6, np.float32))
     assert one.match.bodies.tobytes() == recorded.bodies.tobytes()
-    slower = env(learned_team(tmp_path, season.id, predict_s=0.2), minutes=0.2)
+    slower = env(learned_team(Store(tmp_path), season.id, predict_s=0.2), minutes=0.2)
     slower.reset(seed=3)
     for _ in range(600):
         slower.step(np.zeros(6, np.float32))
     assert slower.match.bodies.tobytes() != recorded.bodies.tobytes()
     with pytest.raises(BadSettings, match="'static' has learned nothing"):
-        learned_team(tmp_path, "static")
+        learned_team(Store(tmp_path), "static")
 
 
 def test_options_of_the_other_kind(tmp_path, capsys):

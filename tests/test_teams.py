@@ -156,7 +156,7 @@ def test_constant_team(tmp_path):
 def test_options_that_do_not_fit(options, said, tmp_path):
     """An option of a learned team that does not exist, or does not fit, is named in one line."""
     with pytest.raises(BadSettings, match=f"best-constant.*{said}"):
-        learned_team(tmp_path, "best-constant", **options)
+        learned_team(Store(tmp_path), "best-constant", **options)
 
 
 @pytest.mark.parametrize(("home", "away", "match_id"), [

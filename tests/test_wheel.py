@@ -120,12 +120,12 @@ def test_files(wheel):
               if path.suffix in DATA } | {"pitchlore/py.typed"}
     assert {Path(name).suffix for name in wanted} == set(DATA)
     assert wanted <= held
-    assert {f"pitchlore/flows/shipped/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= held
+    assert {f"pitchlore/shipped/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= held
     assert {name.split("/")[0] for name in held} == {"pitchlore", f"pitchlore-{pipeline.__version__}.dist-info"}
     licences = f"pitchlore-{pipeline.__version__}.dist-info/licenses"
     assert {f"{licences}/LICENSE", f"{licences}/NOTICE"} <= held
     assert not [name for name in held if "__pycache__" in name or name.endswith((".png", ".jsonl"))]
-    assert {Path(name).suffix for name in held if name.startswith("pitchlore/flows/shipped/studies/")} == {".csv"}
+    assert {Path(name).suffix for name in held if name.startswith("pitchlore/shipped/studies/")} == {".csv"}
 
 
 @pytest.mark.slow
@@ -153,7 +153,7 @@ def test_away_from_the_checkout(installed):
     copied = {path.name for path in (installed.folder / "notebooks").glob("*.ipynb")}
     assert copied == {path.name for path in (ROOT / "notebooks").glob("*.ipynb")}
     assert installed.run("python", "-c", CELLS).split() == sorted(copied)
-    studies = "from pitchlore.flows.shipped import shipped; print(*sorted(shipped('studies').rglob('*.csv')))"
+    studies = "import pitchlore; print(*sorted(pitchlore.studies().rglob('*.csv')))"
     found = installed.run("python", "-c", studies).split()
     assert len(found) > 15
     assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)

@@ -12,8 +12,8 @@ from cyclopts import Parameter
 
 from pitchlore.flows.commands.common import DEFAULTS, Common
 from pitchlore.flows.commands.printing import console
-from pitchlore.flows.shipped import shipped
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.face.shipped import notebooks as shipped
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import check_folder
@@ -35,7 +35,7 @@ def notebooks(
         common: Options of every command.
     """
     check_folder(folder, "Name the folder for the notebooks")
-    for notebook in sorted(shipped("notebooks").glob("*.ipynb")):
+    for notebook in sorted(shipped().glob("*.ipynb")):
         target = folder / notebook.name
         if not target.exists():
             Files(folder).write_bytes(target, notebook.read_bytes())

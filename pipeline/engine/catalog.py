@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from pitchlore.pipeline.base.errors import CorruptFile, NotFound, PitchloreError
+from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
 from pitchlore.pipeline.engine import memo
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.stage import Per
@@ -242,33 +242,6 @@ def files_of(store: Store, table: str) -> list[str]:
     """Paths of the files with rows of a public table, as the catalogue has them; absolute, sorted."""
     listing = catalog.listing(catalog_path(store)) or {}
     return sorted(path for name, path in listing if name == table)
-
-
-def opened(data: Path) -> Path:
-    """The catalogue of a data folder, for a notebook, which opens it with DuckDB, read-only.
-
-    That of a folder is as the last command left it. That of a bucket is brought up to date here, and a
-    warning says of which moment it is.
-
-    Args:
-        data: the folder, or the URL of a bucket.
-
-    Raises:
-        NotFound: if there is none.
-        StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
-    """
-    store = Store(data)
-    path = catalog_path(store)
-    if store.mirror is not None:
-        store.catch_up_or_say()
-        _log.warning("%s: %s", store.where, store.mirror.age())
-        path, left_out = refresh(store)
-        for file in left_out:
-            _log.warning("%s", file.advice)
-    if not path.exists():
-        raise NotFound("there is no catalogue", where=store.where,
-                       next_step="Set PITCHLORE_DATA, or run `pitchlore run`")
-    return path
 
 
 def distrust(store: Store) -> None:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import polars as pl
 from pydantic import BaseModel, field_serializer
@@ -20,7 +20,7 @@ from pitchlore.pipeline.engine.recognised import warm, with_recognition
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.importers.packets.recording import PacketRecording
 from pitchlore.pipeline.importers.packing import Octets
-from pitchlore.pipeline.importers.readers import is_ours, open_parts, read
+from pitchlore.pipeline.importers.readers import is_ours, judged, open_parts, read
 from pitchlore.pipeline.importers.source import SourceFile, slug
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -31,6 +31,9 @@ from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.receipts import Receipt, digest
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import SIDES, Commands, Matches, Quality, Referee
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.importers.football.dataset import KloppyDataset
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"
@@ -210,6 +213,17 @@ def read_recording(
     for unchanged in checks:
         unchanged()
     return match, mapping.settings()
+
+
+def read_dataset(dataset: KloppyDataset) -> MatchLog:
+    """The match of a kloppy dataset, however it was loaded, with its flaws.
+
+    Raises:
+        BadRecording: if it gives no match.
+    """
+    from pitchlore.pipeline.importers.football.dataset import match_of  # noqa: PLC0415 (football alone needs it)
+
+    return with_recognition(judged(match_of(dataset)))
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple, TypedDict, Unpack
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team
@@ -95,11 +94,11 @@ def playing(team: Entrant, **options: Unpack[Options]) -> Entrant:
     return team.model_copy(update={"settings": plays})
 
 
-def learned_team(data: str | Path, word: str, **options: Unpack[Options]) -> LearnedTeam:
+def learned_team(store: Store, word: str, **options: Unpack[Options]) -> LearnedTeam:
     """A learned team of a data folder, as an opponent in the environments of ``pipeline.arena.env``.
 
     Args:
-        data: the data folder.
+        store: the data folder.
         word: names a policy, a season's apprentice or a constant team, see :func:`entrant`.
         options: how it plays.
 
@@ -108,7 +107,7 @@ def learned_team(data: str | Path, word: str, **options: Unpack[Options]) -> Lea
         NotFound: if the policy does not exist, or if the season has none yet.
     """
     policies: dict[str, PolicyTables] = {}
-    team = entrant(Store(Path(data)), word, policies, **options)
+    team = entrant(store, word, policies, **options)
     if team.settings.policy is None:
         raise BadSettings(f"{word!r} has learned nothing", next_step="Give the environment its name alone")
     return LearnedTeam(team.settings, policies[team.settings.policy])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import polars as pl
 
@@ -23,7 +23,9 @@ from pitchlore.pipeline.store.tables import scan
 from pitchlore.schemas import PUBLIC
 
 if TYPE_CHECKING:
+    from pitchlore.pipeline.arena.match.controllers import LearnedTeam
     from pitchlore.pipeline.engine.progress import RunReport
+    from pitchlore.pipeline.engine.teams import Options
     from pitchlore.pipeline.store.query import Relation
     from pitchlore.pipeline.views.decided import Dataset
     from pitchlore.pipeline.views.scout.content.write import WrittenPages
@@ -252,6 +254,22 @@ class League:
         limits = settings.imports if isinstance(settings, RunSettings) else ImportSettings()
         files = [with_map(Path(each)) for each in recordings] or None
         return run(self.store.root, files, settings, train, limits, on)
+
+    def team(self, word: str, **options: Unpack[Options]) -> LearnedTeam:
+        """A learned team for :func:`pitchlore.play`, or as an opponent in environments.
+
+        Args:
+            word: ``learned`` for the newest policy, ``learned:3`` for a version, or the id of a season for
+                its apprentice.
+            options: how it plays: explore, lcb_weight, min_visits and so on; as it learned without.
+
+        Raises:
+            BadSettings: if the word names no such team, or if an option does not fit.
+            NotFound: if the policy does not exist, or if the season has none yet.
+        """
+        from pitchlore.pipeline.engine.teams import learned_team  # noqa: PLC0415 (loaded when asked for)
+
+        return learned_team(self.store, word, **options)
 
     def scout(
         self, *names: str, folder: str | Path | None = None, on: str | None = "threads"

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, varied
 from pitchlore.pipeline.arena.match.sides import team_of
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import fitted
-from pitchlore.pipeline.engine.matches import Recording, read_recording, with_map
+from pitchlore.pipeline.engine.matches import Recording, read_dataset, read_recording, with_map
 from pitchlore.pipeline.engine.memory import MemoryInputs
 from pitchlore.pipeline.engine.record import in_memory
 from pitchlore.pipeline.face.match import Match
 from pitchlore.pipeline.settings import ImportSettings, RunSettings, Settings
 
+if TYPE_CHECKING:
+    from pitchlore.pipeline.importers.football.dataset import KloppyDataset
+
 
 def read(
-    path: str | Path, *more: str | Path, map: str | Path | None = None, provider: str | None = None,  # noqa: A002 (the word of the command line)
-    settings: Settings = Settings(),
+    path: str | Path | KloppyDataset, *more: str | Path,
+    map: str | Path | None = None,  # noqa: A002 (the word of the command line)
+    provider: str | None = None, settings: Settings = Settings(),
 ) -> Match:
     """A match of a recording of any format, in memory; no data folder is made or needed.
 
@@ -27,7 +32,7 @@ def read(
     process; limits on its size stand in ``RunSettings.imports``, if that is given.
 
     Args:
-        path: the recording, plain or packed with gzip or Zstandard.
+        path: the recording, plain or packed with gzip or Zstandard; or a kloppy dataset of positions.
         more: further files of one recording of football, in the provider's order.
         map: TOML file with a tracking table's columns, units, axes and teams. None: ``PATH.toml`` or
             ``map.toml`` beside the recording, else the plain form.
@@ -47,6 +52,8 @@ def read(
         >>> m.trajectories.columns[:5]
         ['match_id', 'frame', 't_ns', 'team', 'robot']
     """
+    if not isinstance(path, (str, Path)):
+        return Match(MemoryInputs(read_dataset(path), settings))
     recording = with_map(Path(path)) if map is None else Recording(file=Path(path), mapping=Path(map))
     if provider is not None:
         from pitchlore.pipeline.importers.football.providers import provider_of  # noqa: PLC0415 (loaded when asked for)

@@ -101,6 +101,22 @@ class Knowledge(Version):
         """Rows of the table ``occasions`` of this version."""
         return self._table(Occasions)
 
+    def picture(self, dpi: int = 80) -> bytes:
+        """Value against support of each behaviour, as PNG; a notebook shows it for the version itself.
+
+        Args:
+            dpi: dots per inch; the picture is 9 by 5 inches.
+
+        Raises:
+            CorruptFile: if the table's file is damaged.
+        """
+        from pitchlore.pipeline.views.plots.matches import behaviours  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.plots.style import png  # noqa: PLC0415 (loaded when asked for)
+
+        return png(behaviours(self.behaviours), dpi=dpi)
+
+    _repr_png_ = picture
+
     @property
     def matches(self) -> list[str]:
         """Ids of the matches that this version has added, sorted."""
@@ -176,4 +192,4 @@ class Policy(Version):
         """
         from pitchlore.pipeline.engine.teams import learned_team  # noqa: PLC0415 (loaded when asked for)
 
-        return learned_team(self._store.root, f"learned:{self.version}", **options)
+        return learned_team(self._store, f"learned:{self.version}", **options)

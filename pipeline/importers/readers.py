@@ -206,6 +206,10 @@ def _checked(log: MatchLog, source: SourceFile, *, ours: bool = False) -> MatchL
         raise source.too_much(f"{most} robots of a team", "robots")
     if ours:
         return log
+    return judged(replace(log, info=log.info.model_copy(update={"recording": source.sha256})))
+
+
+def judged(log: MatchLog) -> MatchLog:
+    """The match with the flaws that its plausibility checks find."""
     found = quality_table(log.info.match_id, plausibility_checks(log))
-    info = log.info.model_copy(update={"recording": source.sha256})
-    return replace(log, info=info, quality=pl.concat([log.quality, found]))
+    return replace(log, quality=pl.concat([log.quality, found]))

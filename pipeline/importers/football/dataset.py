@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import polars as pl
@@ -23,6 +23,9 @@ from pitchlore.schemas import SIDES
 
 if TYPE_CHECKING:
     from kloppy.domain import TrackingDataset
+
+    #: A dataset of positions, as kloppy's loaders give it.
+    KloppyDataset: TypeAlias = TrackingDataset
 
 #: States of the table that is made of a dataset, and the events that they are.
 _STATES = {"alive": "play", "dead": "stop", "half": "half"}
