@@ -221,9 +221,9 @@ def read_dataset(dataset: KloppyDataset) -> MatchLog:
     Raises:
         BadRecording: if it gives no match.
     """
-    from pitchlore.pipeline.importers.football.dataset import match_of  # noqa: PLC0415 (football alone needs it)
+    from pitchlore.pipeline.importers.football.dataset import match_of_dataset  # noqa: PLC0415 (football alone needs it)
 
-    return with_recognition(judged(match_of(dataset)))
+    return with_recognition(judged(match_of_dataset(dataset)))
 
 
 @contextmanager

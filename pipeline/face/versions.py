@@ -110,10 +110,10 @@ class Knowledge(Version):
         Raises:
             CorruptFile: if the table's file is damaged.
         """
-        from pitchlore.pipeline.views.plots.matches import behaviours  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.plots.matches import plot_behaviours  # noqa: PLC0415 (loaded when asked for)
         from pitchlore.pipeline.views.plots.style import png  # noqa: PLC0415 (loaded when asked for)
 
-        return png(behaviours(self.behaviours), dpi=dpi)
+        return png(plot_behaviours(self.behaviours), dpi=dpi)
 
     _repr_png_ = picture
 
