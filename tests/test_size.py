@@ -31,7 +31,7 @@ CORE = {
 #: Files of these rooms that no recording needs: of buckets, of clusters, and of matches that are played.
 BESIDE = (
     "pipeline/store/buckets.py", "pipeline/store/mirrors.py", "pipeline/engine/placement/cluster.py",
-    *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms", "report")),
+    *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms")),
     "pipeline/face/environments.py",
 )
 

@@ -1,12 +1,16 @@
-"""Paradigms: points of sweeps of curves, and a report on each figure from them."""
+"""The noun paradigms: a piece of work for each sweep of curves, then a report for each figure."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import polars as pl
 from pydantic import BaseModel
 
 from pitchlore.pipeline.engine.outputs import digests, need, refusing, table_of
+from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.paradigms.claims import verdicts
 from pitchlore.pipeline.paradigms.experiments import Design, FigureNumber, Sweep, sweeps
 from pitchlore.pipeline.store import Store
@@ -74,8 +78,9 @@ def report_work(store: Store, report: FigureReport) -> Work:
     return STAGES[NOUN].work(report.name, report, digests({NOUN: sweeps_of(store, report)}))
 
 
-def make_sweep(store: Store, sweep: Sweep) -> None:
+def make_sweep(data: Path, sweep: Sweep) -> None:
     """Play and store all points of a sweep's curves."""
+    store = Store(data)
     with refusing(store, NOUN, sweep.name):
         points = [
             curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)
@@ -86,11 +91,30 @@ def make_sweep(store: Store, sweep: Sweep) -> None:
             tables=[(table, Paradigms)], details={"diverged": int(table["diverged"].sum())}))
 
 
-def make_report(store: Store, report: FigureReport, draw: DrawPoints) -> None:
+def make_report(data: Path, report: FigureReport, draw: DrawPoints) -> None:
     """Store the verdicts on a figure's claims, and its plots."""
+    store = Store(data)
     with refusing(store, NOUN, report.name):
         points = points_of(store, report)
         store.commit(report_work(store, report), Made(
             tables=[(verdicts(points), Verdicts)],
-            blobs={name: ("png", data) for name, data in draw(points, report.figure).items()},
+            blobs={name: ("png", plot) for name, plot in draw(points, report.figure).items()},
         ))
+
+
+def bring_up_to_date(store: Store, design: Design, draw: DrawPoints) -> StageReport:
+    """Play the missing curves of a design, then report on its figures."""
+    every, data = sweeps(design), crew.get().path(store.root)
+    todo = [sweep for sweep in every if store.holding(sweep_work(sweep)) is None]
+    played = run_pieces(make_sweep, NOUN, {
+        sweep.name: {"data": data, "sweep": sweep} for sweep in todo}, at_once=1)
+    played.kept += len(every) - len(todo)
+    for report in reports(design):
+        if set(report.sweeps) & set(played.failed):
+            continue
+        if store.holding(report_work(store, report)) is None:
+            arguments = {"data": data, "report": report, "draw": draw}
+            played.add(run_pieces(make_report, NOUN, {report.name: arguments}, task="paradigms-report"))
+        else:
+            played.kept += 1
+    return played
