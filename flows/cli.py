@@ -38,9 +38,9 @@ class Command(NamedTuple):
     """A command of the command line.
 
     Attributes:
-        name: what is typed; the second word of two is a command of a group.
+        name: words to type; the second word of two is a command of a group.
         target: module in flows.commands and function, imported when the command is called.
-        help: what it does.
+        help: effect, in a sentence or more.
         example: a whole line that can be typed.
     """
 

@@ -40,7 +40,7 @@ def flow_of(noun: str) -> Flow[..., Any]:
     """The flow that makes the new outputs, or the next version, of one stage.
 
     Args:
-        noun: of a stage that is computed from others.
+        noun: noun of a stage that is computed from others.
     """
     if STAGES[noun].per is Per.VERSION:
         def make(data: Path, settings: Settings = Settings(),

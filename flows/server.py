@@ -86,9 +86,9 @@ class Kept(BaseModel):
     """The record of a data folder's server.
 
     Attributes:
-        pid: of its process.
+        pid: process number of its process.
         port: on 127.0.0.1.
-        token: what it says of itself in the header :data:`flows.server_process.HEADER` of each answer.
+        token: its word for itself in the header :data:`flows.server_process.HEADER` of each answer.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -109,7 +109,7 @@ class Kept(BaseModel):
 
     @property
     def answers(self) -> bool:
-        """Whether this server, and no other at its port, answers within :data:`REPLY_S`."""
+        """True if this server, and no other at its port, answers within :data:`REPLY_S`."""
         connection = HTTPConnection("127.0.0.1", self.port, timeout=REPLY_S)
         try:
             connection.request("GET", "/api/health")

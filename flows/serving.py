@@ -92,13 +92,13 @@ def _watched(url: str, own: Kept | None) -> Iterator[None]:
 
 
 def _of_the_server(error: Exception) -> bool:
-    """Whether Prefect's client says by this that the server does not answer, or fails."""
+    """True if Prefect's client says by this that the server does not answer, or fails."""
     unreached = isinstance(error, RuntimeError) and str(error).startswith("Failed to reach API")
     return unreached or isinstance(error, PrefectHTTPStatusError)
 
 
 def _replies(url: str) -> bool:
-    """Whether a server answers anything within :data:`flows.server.REPLY_S`."""
+    """True if a server answers anything within :data:`flows.server.REPLY_S`."""
     with _only(url), get_client({"timeout": REPLY_S}, sync_client=True) as client:
         said = client.api_healthcheck()
     return said is None or hasattr(said, "response")

@@ -115,7 +115,7 @@ def named(codes: pl.Series, dtype: pl.DataType) -> pl.Series:
 
     Args:
         codes: places in the names; null becomes null.
-        dtype: of the column, an Enum.
+        dtype: dtype of the column, an Enum.
     """
     assert isinstance(dtype, pl.Enum)
     return dtype.categories.gather(codes).cast(dtype)  # polars 2 alone makes names of codes in one step

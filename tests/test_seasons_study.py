@@ -271,7 +271,7 @@ def test_evaluation_commands():
 
 
 def test_tally_of_aims():
-    """What holds by construction is said, and counts in no tally."""
+    """A claim that holds by construction is said, and counts in no tally."""
     games, growth = world()
     claims = judged(games, growth, apprentices())
     text = page_of(games, growth, apprentices())

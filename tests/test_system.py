@@ -79,7 +79,7 @@ def test_taken(way, tmp_path):
 
 
 def test_waits(way, tmp_path):
-    """Who waits for a lock gets it when the other lets go."""
+    """A process that waits for a lock gets it when the other lets go."""
     path, got = tmp_path / ".lock", []
 
     def wait() -> None:

@@ -45,7 +45,7 @@ def import_files(
         mapping: TOML file that names a tracking table's columns, units, axes and teams (default: FILE.toml
             or map.toml beside the recording, else the map that the match was imported with). An empty file
             takes the map away.
-        origin: Whose files they are.
+        origin: Provider of the files.
         settings: TOML file with settings; its table [imports] has the limits on a recording.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         on: Where recordings are read.

@@ -25,7 +25,7 @@ def perform(store: Store, flow: str, result: type[R], work: Callable[P, R], *, a
     Prefect is loaded and nothing is started, unless the flow is asked for.
 
     Args:
-        store: of the data folder.
+        store: store of the data folder.
         flow: name of the flow in ``flows/run.py``.
         result: model of the result.
         work: function of the engine; the flow has the same arguments.

@@ -131,7 +131,7 @@ def cores() -> int:
 
 
 def alive(pid: int) -> bool | None:
-    """Whether there is a process of a number on this machine; None where the system does not tell."""
+    """True if there is a process of a number on this machine; None where the system does not tell."""
     if os.name != "posix":
         return None  # there a signal of 0 would end the process
     try:

@@ -94,7 +94,7 @@ class Chain(Mapping[str, Stage]):
         return stage.work(output.name, settings, digests(receipts)), StoreInputs(store, receipts, seen=seen)
 
     def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
-        """Whether the store has an output that was made from the same inputs with the same settings."""
+        """True if the store has an output that was made from the same inputs with the same settings."""
         try:
             return store.holding(self.work(store, stage, output, settings, scope)[0]) is not None
         except (NotFound, CorruptFile):
@@ -108,9 +108,9 @@ class Chain(Mapping[str, Stage]):
 
         Args:
             store: receives the output.
-            stage: of the output.
+            stage: stage of the output.
             output: to make.
-            settings: of the stage.
+            settings: settings of the stage.
             scope: its matches.
             seen: as for :class:`StoreInputs`.
 

@@ -43,7 +43,7 @@ def import_all(
         store: receives the matches.
         recordings: files to import. None takes the :func:`inbox`, and removes the logs of matches that were
             killed before anything was logged.
-        limits: what reading a recording may cost.
+        limits: bounds of the cost of reading a recording.
     """
     notes, others = [], {}
     if recordings is None:

@@ -23,7 +23,7 @@ class Outcome(NamedTuple):
         made: by noun, whether the output's bytes are new; None if it was done before.
         failed: the error of the stage that failed, in one line, by its noun; later stages were not tried.
         transient: whether it may help to try again.
-        costs: what was spent on each noun that was not done before, the one that failed included.
+        costs: cost of each noun that was not done before, the one that failed included.
     """
 
     made: Mapping[str, bool | None]
@@ -48,8 +48,8 @@ def make(
     Args:
         data: the data folder.
         nouns: the stages, in order.
-        output: what each of them makes.
-        settings: of all stages.
+        output: output that each of them makes.
+        settings: settings of all stages.
         scope: matches of the run; of a match's output, that match.
         doubted: files that count as damaged (:class:`pipeline.store.outputs.Outputs`).
 

@@ -141,9 +141,9 @@ class Imported(NamedTuple):
     """Outcome of the import of a recording.
 
     Attributes:
-        receipt: of its match.
+        receipt: receipt of its match.
         new: whether the match was made now.
-        sha256: of the recording's content.
+        sha256: SHA-256 of the recording's content.
     """
 
     receipt: Receipt
@@ -196,7 +196,7 @@ def read_recording(
 
     Args:
         recording: the file and its map; without one a tracking table has the plain form.
-        limits: what reading may cost, and whether it is done in a process of its own.
+        limits: bounds of reading's cost, and whether it is done in a process of its own.
 
     Raises:
         BadRecording, DamagedLog: if the recording gives no match.
@@ -436,7 +436,7 @@ def standing(store: Store, recording: Recording, sha256: str) -> Receipt | None:
     Args:
         store: holds the match.
         recording: its map counts, its files are not opened.
-        sha256: of its content.
+        sha256: SHA-256 of its content.
     """
     try:
         mapping = _mapping(store, recording.mapping)

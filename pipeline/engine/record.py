@@ -109,7 +109,7 @@ def in_memory(recipe: Recipe, policies: Mapping[str, PolicyTables] | None = None
     """A match played for nobody's data folder, as its log would be read.
 
     Args:
-        recipe: of the match.
+        recipe: recipe of the match.
         policies: policies by the label that the recipe's teams name.
     """
     match, stream = MatchInPlay(recipe, controllers_of(recipe, policies or {})), BytesIO()

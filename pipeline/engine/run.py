@@ -57,7 +57,7 @@ class VersionReport(BaseModel):
         version: the newest version.
         new: whether it was made now.
         failed: the reason, if the catalogue or the log could not be written, by its name.
-        cost: of the work.
+        cost: cost of the work.
     """
 
     version: int
@@ -77,9 +77,9 @@ def run(
     Args:
         data: the data folder.
         recordings: files to import; None takes the inbox.
-        settings: of the stages.
+        settings: settings of the stages.
         train: whether to make a policy when the knowledge is new.
-        limits: what reading a recording may cost.
+        limits: bounds of the cost of reading a recording.
         on: where work is done, as for :func:`pipeline.engine.placement.places.place_of`.
         history: how much of past runs is remembered.
         finish: called last, for work on top of the stages, such as pages; its failures go into the report.

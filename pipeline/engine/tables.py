@@ -47,7 +47,7 @@ class TableOf:
     """A table of a match as an attribute; its docstring is made from the schema.
 
     Args:
-        schema: of the table.
+        schema: schema of the table.
         nouns: the stages that make it; the rows of the first one come first.
         optional: whether a stage may lack the table; it is empty then.
     """

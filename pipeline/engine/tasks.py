@@ -39,8 +39,8 @@ class Pool(Protocol):
 
         Args:
             key: identifies the task at its end.
-            name: of this kind of tasks.
-            label: of the task, for people.
+            name: name of this kind of tasks.
+            label: label of the task, for people.
             work: done in a thread of this process; a transient error is tried again.
             given: arguments of the work.
         """
@@ -71,7 +71,7 @@ class Runner(Protocol):
         Args:
             text: makes it, if it is shown.
             key: name of the text; a later one of the same name succeeds it.
-            description: of the text.
+            description: description of the text.
         """
 
 
@@ -136,8 +136,8 @@ def carried_out(
     """Do pieces of work, some in each task; the crew is that of the run.
 
     Args:
-        name: of the tasks.
-        function: of a module; does a piece, and does not do again what is done.
+        name: name of the tasks.
+        function: function of a module; does a piece, and does not do again what is done.
         pieces: its named arguments, by label.
         at_once: most pieces of a task.
 
@@ -179,7 +179,7 @@ def run_pieces(
 
     Args:
         function: as for :func:`carried_out`.
-        noun: what is made.
+        noun: noun that is made.
         pieces: the arguments of each piece, by its label.
         at_once: most pieces of a task.
         task: name of the tasks, by default the noun.
@@ -209,8 +209,8 @@ def spread(
     """Do pieces of work, a task each, as many at once as the crew can.
 
     Args:
-        workers: those who do them.
-        function: of a module; does a piece.
+        workers: executors of the tasks.
+        function: a module's function; does a piece.
         pieces: label and named arguments of each; taken when somebody is free.
         count: number of pieces.
         task: name of the tasks.
@@ -219,7 +219,7 @@ def spread(
         Label and result of each, as it ends.
 
     Raises:
-        Exception: what the first piece that failed raised; those that have begun end, no other begins.
+        Exception: raised by the first piece that failed; pieces that have begun end, no other begins.
     """
     chosen = workers if count > 1 else workers.alone()
 

@@ -69,7 +69,7 @@ def bring_up_to_date(
 
 
 def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, emit: Emit) -> bool | None:
-    """Whether a new version was made; None if it cannot be, which is one more failure of the report."""
+    """True if a new version was made; None if it cannot be, which the report counts as a failure."""
     try:
         version, new, spent = emit(stage, settings, scope)
     except PitchloreError as error:

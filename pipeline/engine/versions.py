@@ -55,7 +55,7 @@ def _next(
 
 
 def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:
-    """Whether a version has the same inputs, tables and details, except for its own number."""
+    """True if a version has the same inputs, tables and details, except for its own number."""
     same = version.inputs == dict(work.inputs) and version.details == json.loads(json.dumps(made.details))
     return same and all(
         schema.NAME in version.files  # an older version has fewer tables

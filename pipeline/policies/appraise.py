@@ -35,7 +35,7 @@ def actions(occasions: pl.DataFrame, codes: Iterable[int], settings: AppraisalSe
 
     Args:
         occasions: rows of schema Occasions, of the team that is imitated.
-        codes: of Table 1, all.
+        codes: codes of Table 1, all.
         settings: ``codes``.
 
     Returns:
@@ -67,9 +67,9 @@ def appraise(
     Args:
         decisions: rows of schema Decisions; those of more than one code are passed over.
         sights: rows of schema Sights of the same matches.
-        pairs: of :func:`actions`.
+        pairs: pairs of :func:`actions`.
         settings: the trees, ``least_share`` and ``watched``.
-        version: of the policy.
+        version: version of the policy.
         watched: rows of schema Sights of the team that is imitated; decisions are passed over.
 
     Returns:
@@ -103,7 +103,7 @@ def appraise(
 
 
 def _rows(seen: pl.Series, moments: pl.DataFrame) -> F32:
-    """What was seen at moments, float32 [T, 30], by their ``row`` in ``seen``."""
+    """Observations at moments, float32 [T, 30], by their ``row`` in ``seen``."""
     return np.asarray(seen.gather(moments["row"]).to_numpy(), dtype=np.float32)
 
 
@@ -115,7 +115,7 @@ def _appraised(
     Args:
         made: columns code, row in ``seen``, and change; what is expected is that of all its rows.
         seen: sights, of these moments and maybe others.
-        codes: those that trees are wanted of; each is in ``made``.
+        codes: codes of the wanted trees; each is in ``made``.
         settings: the trees.
     """
     sight, change = _rows(seen, made), made["change"].to_numpy()

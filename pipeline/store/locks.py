@@ -86,7 +86,7 @@ def taken(stream: BinaryIO) -> Iterator[None]:
 
 
 def free(path: Path) -> bool:
-    """Whether a file is there and no process holds it."""
+    """True if a file is there and no process holds it."""
     try:
         with path.open("rb") as held, locked(held, alone=False):
             return True

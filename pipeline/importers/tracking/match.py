@@ -57,7 +57,7 @@ def match_of(
     A table may lack one of the teams if a map names the other.
 
     Args:
-        raw: the table as the file has it, with the columns under our names (see ``columns.chosen``);
+        raw: the table as the file has it, with the columns under our names (see ``columns.columns_to_read``);
             numbers may be text.
         source: the file; the table is not read from it again.
         mapping: how to read another form.
