@@ -77,7 +77,8 @@ def appraise(
         nobody was watched at so often, has its mean alone, as if ``leaf_samples`` more decisions had changed
         nothing. And the pairs that are kept.
     """
-    at, seen = ("match_id", "team", "robot", "t_ns"), sights["sight"]
+    at = "match_id", "team", "robot", "t_ns"
+    seen = sights["sight"].rechunk()  # polars 1 cannot take no row of several pieces
     made = (
         decisions.filter("chosen").select(*at, "role", code=_CODES).filter(pl.col("code").list.len() == 1)
         .join(sights.select(*at, "change").with_row_index("row"), on=at, maintain_order="left")
@@ -87,7 +88,7 @@ def appraise(
     if settings.watched and watched is not None:
         shown = watched.with_row_index("row", offset=len(seen)).filter(
             pl.col("change").is_not_null(), pl.col("code") != MOVES_RANDOMLY).select(made.columns)
-        seen = pl.concat([seen, watched["sight"]])
+        seen = pl.concat([seen, watched["sight"]], rechunk=True)
         with_trees = {code for code, trees in grown.items() if len(trees.start)}
         by_others = _appraised(shown, seen, set(shown["code"]) - with_trees, settings)
         grown |= {code: trees for code, trees in by_others.items() if len(trees.start)}
