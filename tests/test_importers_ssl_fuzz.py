@@ -138,3 +138,10 @@ def test_fields(messages: list[bytes]) -> None:
             for number, kind, value, end in zip(*(c.tolist() for c in (rows.number, rows.kind, rows.value, rows.end)), strict=True)
         ]
         assert (values, bool(damaged[i])) == literal(message)
+
+
+def test_signalling() -> None:
+    """A NaN that signals, which a broken log may hold, is read without a warning (`make fuzz` found one)."""
+    data = np.frombuffer(b"\x0d\x01\x00\x80\x7f", np.uint8)  # field 1, four bytes
+    found, _ = fields(data, np.array([0]), np.array([len(data)]))
+    assert np.isnan(found.reals(data, 1)[1]).tolist() == [True]

@@ -143,7 +143,9 @@ def _varints(data: U8, at: I64, end: I64) -> tuple[I64, I64]:
 
 def _gathered(data: U8, at: I64, dtype: str) -> F64:
     """Numbers of a type that begin at these places, as float64."""
-    found: F64 = data[at[:, None] + np.arange(np.dtype(dtype).itemsize)].view(dtype)[:, 0].astype(np.float64)
+    raw = data[at[:, None] + np.arange(np.dtype(dtype).itemsize)]
+    with np.errstate(invalid="ignore"):  # a broken number may be a NaN that signals
+        found: F64 = raw.view(dtype)[:, 0].astype(np.float64)
     return found
 
 
