@@ -63,3 +63,11 @@ def test_nothing_below_knows_a_stage(graph, rooms):
         if imported.startswith("pitchlore.pipeline.") and room(imported) in stage_rooms(rooms)
     ]
     assert upward == []
+
+
+def test_one_place_reads_tables():
+    """Tables are read through inputs and `table_of`: `read_table` stands at most ten times above the store."""
+    rooms = [ROOT / "flows", *(ROOT / "pipeline" / name for name in ("engine", "views", "face"))]
+    found = [f"{path.relative_to(ROOT)}: {line.strip()}" for folder in rooms for path in folder.rglob("*.py")
+             for line in path.read_text().splitlines() if "read_table(" in line]
+    assert 1 <= len(found) <= 10, "\n".join(found)
