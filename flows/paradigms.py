@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pitchlore.pipeline.engine.paradigms import bring_up_to_date
+from pitchlore.pipeline.engine.paradigms import bring_curves_up_to_date
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.run import concluded, suspecting
@@ -14,4 +14,4 @@ def play_paradigms(data: Path, design: Design = Design(), on: str | None = None)
     """Play the missing curves of a design, then report on its figures."""
     store = suspecting(data)
     with placed(on, store.root):
-        return concluded(store, bring_up_to_date(store, design, plots_of_points))
+        return concluded(store, bring_curves_up_to_date(store, design, plots_of_points))

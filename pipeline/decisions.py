@@ -16,7 +16,7 @@ from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import I64, Bools
 from pitchlore.pipeline.numbers.sums import exact
-from pitchlore.pipeline.sequences.league import League, TeamsOfSides
+from pitchlore.pipeline.sequences.league import LeagueSequences, TeamsOfSides
 from pitchlore.pipeline.sequences.windows import instances
 from pitchlore.schemas import Decisions
 
@@ -30,7 +30,7 @@ def all_decisions(
     """The decisions of all matches: logged ones for a team that has any, observed ones for the others.
 
     Args:
-        sequences: as for :class:`pipeline.sequences.league.League`.
+        sequences: as for :class:`pipeline.sequences.league.LeagueSequences`.
         sides: as for it.
         patterns: rows of schema Patterns, of all rounds and teams.
         choices: rows of schema Choices of these matches.
@@ -38,7 +38,7 @@ def all_decisions(
     Returns:
         Rows of schema Decisions.
     """
-    league = League(sequences, sides)
+    league = LeagueSequences(sequences, sides)
     teams = pl.DataFrame(league.teams, orient="row", schema={"team": pl.String, "kind": pl.String})
     owned = patterns.join(
         teams.with_columns(who=pl.int_range(pl.len(), dtype=pl.Int64)), on=("team", "kind"),

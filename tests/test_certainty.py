@@ -18,7 +18,7 @@ from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.state import encode
 from pitchlore.pipeline.state.keys import columns
 from pitchlore.pipeline.state.table import LEVELS, TABLE
-from pitchlore.pipeline.state.words import elements_of, levels_of, named
+from pitchlore.pipeline.state.words import elements_of, levels_in_words, levels_of
 from pitchlore.schemas import KEYS, Policies, Returns, States
 from pitchlore.schemas.policies import FEW
 
@@ -34,7 +34,7 @@ def test_words_are_the_inverse(key, rows, slot):
     states = encode(found, key, np.full(len(rows), slot))
     kept = columns(key, slot)
     for row, said in zip(found, elements_of(states, key, slot).to_list(), strict=True):
-        words = named(said)
+        words = levels_in_words(said)
         assert list(words) == [TABLE[column.element].name for column in kept]
         for column in kept:
             level = TABLE[column.element].levels[row[column.element]]
@@ -42,7 +42,7 @@ def test_words_are_the_inverse(key, rows, slot):
             assert words[TABLE[column.element].name] in levels_of(column)
     back = np.zeros_like(found)
     for row, said in enumerate(elements_of(states, key, slot).to_list()):
-        words = named(said)
+        words = levels_in_words(said)
         for column in kept:
             back[row, column.element] = levels_of(column).index(words[TABLE[column.element].name])
     assert encode(back, key, np.full(len(rows), slot)).tolist() == states.tolist()

@@ -54,7 +54,7 @@ def test_a_row_a_stage(at_places, place):
     recordings = list((data / "inbox").iterdir())
     assert (matches.pieces, matches.bytes_out) == (len(recordings), kept(data, "matches"))
     assert matches.bytes_in == sum(file.stat().st_size for file in recordings)
-    # a stage reads what its leg has not read before: trajectories the log, behaviours the sequences
+    # a stage reads what its stage group has not read before: trajectories the log, behaviours the sequences
     store = Store(data)
     logs = sum(receipt.files["log"].size for receipt in store.receipts("matches"))
     assert report.costs["trajectories"].bytes_in == logs

@@ -53,7 +53,7 @@ def bring(store: Store, chain: Chain = STAGES) -> None:
 
 
 def files(data: Path) -> dict[str, bytes]:
-    """Everything in a data folder but locks and the memo, receipts without what wrote them."""
+    """Everything in a data folder but locks and the freshness cache, receipts without what wrote them."""
     found = {}
     for path in sorted(data.rglob("*")):
         if path.is_file() and path.name not in (".lock", ".done.json", ".recordings.json", "catalog.duckdb"):

@@ -26,7 +26,7 @@ from pitchlore.pipeline.settings import EventSettings, SituationSettings, Trajec
 from pitchlore.pipeline.situations.recognise import recognise
 from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
-from pitchlore.pipeline.views.exports.content import Content
+from pitchlore.pipeline.views.exports.content import ExportedMatch
 from pitchlore.pipeline.views.exports.formats import FORMATS
 from pitchlore.schemas import Referee
 from pitchlore.schemas.restarts import RESTARTS
@@ -36,7 +36,7 @@ SECONDS = 40.0
 
 
 @cache
-def content() -> Content:
+def content() -> ExportedMatch:
     """The sample's first 40 s, with a height of the ball at one sample."""
     from conftest import clip
 
@@ -45,7 +45,7 @@ def content() -> Content:
     bodies, _ = trajectories(match, TrajectorySettings())
     found = events(bodies, match.referee, match.info.pitch, EventSettings())
     done = recognise(bodies, match.info.pitch, SituationSettings())
-    return Content(handmade(log=match, trajectories=bodies, situations=done, possession=found.possession))
+    return ExportedMatch(handmade(log=match, trajectories=bodies, situations=done, possession=found.possession))
 
 
 def same_places(one: MatchLog, two: MatchLog, atol: float = 0.0) -> None:
@@ -83,7 +83,7 @@ def test_restarts_come_back() -> None:
     rows = [{"match_id": made.log.info.match_id, "t_ns": 500_000_000 * place, "event": "fault",
              "team": ("home", "away")[place % 2], "score_home": 0, "score_away": 0, "note": note}
             for place, note in enumerate(notes, start=1)]
-    made = Content(handmade(log=replace(made.log, referee=Referee.of(rows))))
+    made = ExportedMatch(handmade(log=replace(made.log, referee=Referee.of(rows))))
     again = read(FORMATS["csv"].write(made)["csv"], TrackingMap.model_validate({
         "teams": {"home": made.log.info.home, "away": made.log.info.away}}))
 
@@ -102,7 +102,7 @@ def test_columns_of_a_table() -> None:
     assert table.columns[:6] == ["frame", "t", "team", "player", "x", "y"]
     assert table["z"].drop_nulls().to_list() == [0.25]
     unknown = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
-    assert "z" not in tables.tracking_table(Content(handmade(log=replace(content().log, heights=unknown)))).columns
+    assert "z" not in tables.tracking_table(ExportedMatch(handmade(log=replace(content().log, heights=unknown)))).columns
     first = table.unique("frame", keep="first", maintain_order=True)["game_state"]
     told = content().log.referee.filter(pl.col("t_ns") <= int(SECONDS * 1e9))
     words = Counter(word for state in first for word in state.split("+") if word not in ("play", "stop"))
@@ -180,7 +180,7 @@ def test_floodlight_loads_it(tmp_path: Path) -> None:
 def test_nobody_had_the_ball() -> None:
     """A form that has to say who had the ball is refused in one line where nobody ever had."""
     with pytest.raises(BadRecording, match="nobody ever had the ball"):
-        second_spectrum.second_spectrum_files(Content(handmade(log=content().log)))
+        second_spectrum.second_spectrum_files(ExportedMatch(handmade(log=content().log)))
 
 
 def test_foxglove() -> None:

@@ -14,10 +14,10 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
-from pitchlore.pipeline.arena.teams.appraising import appraise as worth
+from pitchlore.pipeline.arena.teams.appraising import action_value as worth
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.policies.appraise import actions, appraise
+from pitchlore.pipeline.policies.appraise import actions, fit_action_values
 from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.situations.rules import TABLE_1
@@ -204,9 +204,9 @@ def test_what_is_not_tried_is_watched():
     pairs = pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88])
     _, shown = decided(sight, code, change)
     watched = shown.with_columns(pl.Series("code", code, dtype=pl.Int16))
-    own, _ = appraise(made, looked, pairs, SMALL, 1, watched)
+    own, _ = fit_action_values(made, looked, pairs, SMALL, 1, watched)
     assert set(own["code"]) == {88}, "as the setting is off"
-    found, kept = appraise(made, looked, pairs, SMALL.model_copy(update={"watched": True}), 1, watched)
+    found, kept = fit_action_values(made, looked, pairs, SMALL.model_copy(update={"watched": True}), 1, watched)
     assert found.filter(code=88).equals(own)
     appraiser, _ = appraiser_of(kept, found)
     places = list(appraiser.codes).index(21), list(appraiser.codes).index(44)
@@ -220,7 +220,7 @@ def test_learns_what_to_do_where():
     """The best action of each place is found, and one that is the best nowhere is no longer offered."""
     sight, code, change = two_places(1)
     pairs = pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88, 118])
-    found, kept = appraise(*decided(sight, code, change), pairs, SMALL, 7)
+    found, kept = fit_action_values(*decided(sight, code, change), pairs, SMALL, 7)
     Appraisals.validate(found)
     assert set(found["version"]) == {7}
     assert kept["behaviour_id"].to_list() == ["striker-021", "striker-044", "striker-118"], "118 was never tried"
@@ -236,7 +236,7 @@ def test_learns_nothing_from_shuffled_changes():
     """The control: with the changes dealt out anew, no action is told from another by place."""
     sight, code, change = two_places(1)
     shuffled = np.random.default_rng(5).permutation(change)
-    found, kept = appraise(
+    found, kept = fit_action_values(
         *decided(sight, code, shuffled), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44]), SMALL, 1)
     appraiser, _ = appraiser_of(kept, found)
     new = two_places(2)[0][:500]
@@ -249,13 +249,13 @@ def test_little_evidence_is_shrunk():
     """An action that was chosen a few times has its mean alone, of what is left of it: next to nothing."""
     sight, code, change = two_places(1)
     few = slice(0, 30)
-    found, _ = appraise(
+    found, _ = fit_action_values(
         *decided(sight[few], np.full(30, 21), np.full(30, 0.5)), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)
     assert found.height == 1
     share = 30 / (30 + SMALL.leaf_samples)
     assert found["value"].to_list() == pytest.approx([0.5 * (1 - share) * share])
-    assert appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0].equals(
-        appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0])
+    assert fit_action_values(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0].equals(
+        fit_action_values(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0])
 
 
 def test_watched_actions():

@@ -10,7 +10,7 @@ from looking.permuted import actions_dealt, dealt, sights_dealt
 from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
 
 from pitchlore.pipeline.arena.match.controllers import controllers_of
-from pitchlore.pipeline.arena.teams.appraising import appraise as worth
+from pitchlore.pipeline.arena.teams.appraising import action_value as worth
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
 from pitchlore.pipeline.matches.frame import HOME
 

@@ -34,11 +34,11 @@ def test_taken_from_memory(derby, tmp_path, monkeypatch):
     read_table = Store.read_table
     monkeypatch.setattr(Store, "read_table", lambda store, receipt, role, schema: (
         read.update([role]), read_table(store, receipt, role, schema))[1])
-    for leg in STAGES.legs():
-        for output in leg[0].outputs(scope):
-            outcome = make(other.root, [stage.noun for stage in leg], output, SETTINGS, scope, frozenset())
+    for stage_group in STAGES.stage_groups():
+        for output in stage_group[0].outputs(scope):
+            outcome = make(other.root, [stage.noun for stage in stage_group], output, SETTINGS, scope, frozenset())
             assert not outcome.failed
-        if leg[0].noun == "sides":
+        if stage_group[0].noun == "sides":
             assert read == {"matches": 1, "referee": 1}
     files = {stage.noun: [store.receipt(stage.noun, output.name).files for store in (one, other)]
              for stage in STAGES.computed() for output in stage.outputs(scope)}

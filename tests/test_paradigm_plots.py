@@ -9,7 +9,7 @@ from support.points import curve, over_decays, point, table
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.views.plots.paradigms import plot_curves, plot_sensitivity
-from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.plots.style import plot_png
 from pitchlore.schemas.paradigms import Paradigms
 
 pytestmark = pytest.mark.slow
@@ -120,7 +120,7 @@ def test_papers_point():
 @pytest.mark.parametrize("figure", [4, 5, 6, 7])
 def test_one_point_is_enough(figure):
     one = {5: point(5, "IVQ", 0.5), 4: point(4, "IVQ", 0.5, k=-3.0)}.get(figure, point(6, "IVQ", 0.0, k=0.0))
-    assert png(plot_curves(table(one), figure)).startswith(b"\x89PNG")
+    assert plot_png(plot_curves(table(one), figure)).startswith(b"\x89PNG")
 
 
 def test_missing_paths():
@@ -144,7 +144,7 @@ def test_equal_bytes():
     """Equal tables give equal bytes."""
     points = everything()
     for draw in (lambda p: plot_curves(p, 5, paper=PAPER), lambda p: plot_curves(p, 6), plot_sensitivity):
-        assert png(draw(points)) == png(draw(points.sample(fraction=1.0, shuffle=True, seed=2)))
+        assert plot_png(draw(points)) == plot_png(draw(points.sample(fraction=1.0, shuffle=True, seed=2)))
 
 
 def test_forest_rows():
@@ -170,7 +170,7 @@ def test_forest_of_games():
     assert [axes.get_legend().get_title().get_text() for axes in drawn.axes] == ["penalty game", "climbing game"]
     texts = [text.get_text() for text in drawn.axes[1].get_legend().get_texts()]
     assert texts == ["decay 0.9997, 2,000 trainings", "decay 0.9999, 2,000 trainings"]
-    assert png(drawn).startswith(b"\x89PNG")
+    assert plot_png(drawn).startswith(b"\x89PNG")
 
 
 def test_nothing_to_draw():

@@ -256,7 +256,7 @@ def test_posterior_draws():
 
 
 def test_evidence():
-    """The more evidence a value has, the less it is doubted."""
+    """The more evidence a value has, the narrower its interval."""
     # the worse one is believed to be the better one where N(.2, 1 + 1 / 9) > 0: 57 %; and 0 % once it is known
     kicks = ((1.0, 0.35, 0.65), (1e6, 0.0, 0.0))
     for evidence, least, most in kicks:

@@ -27,7 +27,7 @@ from pitchlore.pipeline.situations.rulebook import term_table, terms_used
 from pitchlore.pipeline.situations.rules import TABLE_1
 from pitchlore.pipeline.state import encode
 from pitchlore.pipeline.state.table import LEVELS
-from pitchlore.pipeline.state.words import elements_of, named
+from pitchlore.pipeline.state.words import elements_of, levels_in_words
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.content.policies import newest_policies
@@ -76,7 +76,7 @@ def test_every_state_is_told(key, role, levels):
     """Each state has sentences; what the key does not keep is not said, and pictures are there where it is kept."""
     slot = ROLES.index(role)
     state = encode(np.array([levels], dtype=np.uint8), key, np.array([slot]))
-    words = named(elements_of(state, key, slot)[0].to_list())
+    words = levels_in_words(elements_of(state, key, slot)[0].to_list())
     told = " ".join(sentences(words, role))
     assert ("We lead" in told, "It is level" in told, "We trail" in told).count(True) == ("score" in words)
     assert ("Play is" in told) == ("game situation" in words)
@@ -139,7 +139,7 @@ def test_states_are_in_words(store, pages):
         pl.col("verdict").is_in(["few", "close"]), pl.col("key") == "self6", pl.col("role") == "striker",
     ).sort("visits", "state", descending=[True, False]).row(0, named=True)
     assert f"<code>{top['state']}</code>" in shown
-    assert sentences(named(top["elements"]), "striker")[0] in shown
+    assert sentences(levels_in_words(top["elements"]), "striker")[0] in shown
 
 
 def test_names_are_text(pages):

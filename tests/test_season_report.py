@@ -33,7 +33,7 @@ from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.pipeline.views.plots import seasons as plots
 from pitchlore.pipeline.views.plots.report import plots_of_seasons
-from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.plots.style import plot_png
 from pitchlore.pipeline.views.report import NAME, sources, write_report
 from pitchlore.pipeline.views.report import tables as tables_in
 from pitchlore.schemas import Evaluations, Games, Growth, Policies
@@ -110,7 +110,7 @@ def test_equal_bytes():
     games, _ = world(2)
     best = games.filter(pl.col("settings") == "best")
     shuffled = best.sample(fraction=1.0, shuffle=True, seed=3)
-    once, again = (png(plots.progress(mean_curves(table, {"difference": DIFFERENCE, "other": OTHER}), 90)) for table in (best, shuffled))
+    once, again = (plot_png(plots.progress(mean_curves(table, {"difference": DIFFERENCE, "other": OTHER}), 90)) for table in (best, shuffled))
     assert once == again
 
 

@@ -13,7 +13,7 @@ from looking.lots import FIRST, WHOLE, Trial
 from looking.seconds import seconds
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch
-from pitchlore.pipeline.arena.teams.appraising import Appraiser, appraiser_of
+from pitchlore.pipeline.arena.teams.appraising import ActionValues, appraiser_of
 from pitchlore.schemas import ROLES, Appraisals
 from pitchlore.schemas.sights import SIGHT
 
@@ -24,7 +24,7 @@ UP = list(SIGHT).index("ball_x")
 
 
 @pytest.fixture(scope="module")
-def appraiser() -> Appraiser:
+def appraiser() -> ActionValues:
     """Everybody may reach the ball (044) or stand (088); to reach is better where the ball is far up."""
     pairs = pl.DataFrame({"role": role, "behaviour_id": f"{role}-{code}"} for role in ROLES for code in ("044", "088"))
     leaf = {"version": 1, "code": 44, "tree": 1, "node": 0, "feature": None, "threshold": None, "missing_left": None,

@@ -17,7 +17,7 @@ from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.preferences import side_by_side
-from pitchlore.pipeline.report.sensitivity import sensitivity, varied
+from pitchlore.pipeline.report.sensitivity import sensitivity, varied_settings
 from pitchlore.pipeline.report.summary import ablated, measured, seasons_played, settings_compared
 from pitchlore.pipeline.report.table3 import GAMES
 from pitchlore.pipeline.store import Store
@@ -102,11 +102,11 @@ def _intervals(rows: pl.DataFrame, first: tuple[str, ...]) -> pl.DataFrame:
 
 
 def _compared(games: pl.DataFrame) -> pl.DataFrame:
-    return settings_compared(games.filter(~varied()))
+    return settings_compared(games.filter(~varied_settings()))
 
 
 def _changes(games: pl.DataFrame) -> pl.DataFrame:
-    return ablated(games.filter(~varied()), (PAPER, BEST))
+    return ablated(games.filter(~varied_settings()), (PAPER, BEST))
 
 
 def _shown(claims: pl.DataFrame) -> pl.DataFrame:

@@ -10,7 +10,7 @@ from pitchlore.flows.commands.printing import console, print_frame, print_json
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.situations.rulebook import rule_table, term_table
 from pitchlore.pipeline.views.plots.matches import memberships
-from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.plots.style import plot_png
 
 
 def situations(
@@ -32,7 +32,7 @@ def situations(
     """
     store = common.store
     if plot is not None:
-        store.write_bytes(plot, png(memberships(term_table(Kind(kind)))))
+        store.write_bytes(plot, plot_png(memberships(term_table(Kind(kind)))))
         console().print(f"{plot}: membership functions of {kind}", soft_wrap=True)
         return
     frame = term_table(Kind(kind)) if terms else rule_table()

@@ -16,7 +16,7 @@ import polars as pl
 from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.behaviours.select import select
 from pitchlore.pipeline.behaviours.som import SelfOrganisingMap
-from pitchlore.pipeline.sequences.league import League, TeamsOfSides
+from pitchlore.pipeline.sequences.league import LeagueSequences, TeamsOfSides
 from pitchlore.pipeline.settings import BehaviourSettings
 from pitchlore.pipeline.sides.teams import Team, as_of
 from pitchlore.schemas import Grams, Neurons, Patterns
@@ -51,11 +51,11 @@ def learn(
     The result does not depend on the order of the matches. Memory is bounded by the distinct grams.
 
     Args:
-        sequences: as for :class:`pipeline.sequences.league.League`.
+        sequences: as for :class:`pipeline.sequences.league.LeagueSequences`.
         sides: as for it.
         settings: settings of the rounds.
     """
-    chunks = League(sequences, sides, _COLUMNS)
+    chunks = LeagueSequences(sequences, sides, _COLUMNS)
     recognised = np.zeros(len(chunks.teams), dtype=np.int64)
     for chunk in chunks:
         recognised += np.bincount(chunk["who"].to_numpy(), minlength=len(recognised))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
-from pitchlore.pipeline.engine import memo
+from pitchlore.pipeline.engine import freshness
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
@@ -82,14 +82,14 @@ class Look(NamedTuple):
 def check_files(store: Store) -> Look:
     """Check the files that are new, or were touched since the catalogue was made, against their SHA-256.
 
-    The store doubts the damaged files from now on: outputs that have one of them are not done, so that they
+    The store suspects the damaged files from now on: outputs that have one of them are not done, so that they
     are made again. A file whose bytes changed while its size and time did not is not noticed here, but by
     ``pitchlore verify``.
     """
     with store.keeping():
         listing = catalog.listing(catalog_path(store))
         if _stands(listing, _records(store)):
-            store.doubted = frozenset()
+            store.suspect = frozenset()
             return Look([], [])
         return _look(store, _receipts(store), listing)
 
@@ -135,7 +135,7 @@ def _look(store: Store, receipts: Iterable[Receipt], listing: catalog.Listing | 
             trusted = seen is not None and known.get(path) == seen
             whole = trusted or store.whole(record, folder)
             (found.whole if whole else found.damaged).append(Vouched(receipt, path, record, seen))
-    store.doubted = frozenset(store.folder(file.receipt) / file.record.path for file in found.damaged)
+    store.suspect = frozenset(store.folder(file.receipt) / file.record.path for file in found.damaged)
     return found
 
 
@@ -251,4 +251,4 @@ def distrust(store: Store) -> None:
     """
     with suppress(OSError):
         catalog_path(store).unlink(missing_ok=True)
-    memo.forget(store)
+    freshness.forget_freshness(store)

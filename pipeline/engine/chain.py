@@ -55,10 +55,10 @@ class Chain(Mapping[str, Stage]):
         """The stages that are computed from matches, in order."""
         return (self[noun] for noun in self.of_matches if self[noun].compute is not None)
 
-    def legs(self) -> Iterator[tuple[Stage, ...]]:
-        """The computed stages in legs: stages of matches that follow each other make one, another is its own.
+    def stage_groups(self) -> Iterator[tuple[Stage, ...]]:
+        """The computed stages in groups: neighbours of matches make one, any other stage is its own.
 
-        What a leg makes of a match depends on no other match but by the legs before.
+        The outputs of a group for a match depend on no other match but by the groups before.
         """
         for of_match, group in groupby(self.computed(), lambda stage: stage.per is Per.MATCH):
             stages = tuple(group)

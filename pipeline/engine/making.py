@@ -41,7 +41,7 @@ class Outcome(NamedTuple):
 
 def make(
     data: Path, nouns: Sequence[str], output: Output, settings: Settings, scope: Scope,
-    doubted: frozenset[Path],
+    suspect: frozenset[Path],
 ) -> Outcome:
     """Make the outputs of some stages with one name, unless they are done; the first error ends the work.
 
@@ -51,13 +51,13 @@ def make(
         output: output that each of them makes.
         settings: settings of all stages.
         scope: matches of the run; of a match's output, that match.
-        doubted: files that count as damaged (:class:`pipeline.store.outputs.Outputs`).
+        suspect: files that count as damaged (:class:`pipeline.store.outputs.Outputs`).
 
     Raises:
         PitchloreError: by which all other work would fail, too.
     """
     store = Store(data)
-    store.doubted = frozenset(map(located, doubted))
+    store.suspect = frozenset(map(located, suspect))
     made: dict[str, bool | None] = {}
     costs: dict[str, Spent] = {}
     seen: Seen | None = None if output.match is None else {}  # what several stages of a match read

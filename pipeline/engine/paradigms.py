@@ -102,7 +102,7 @@ def make_report(data: Path, report: FigureReport, draw: DrawPoints) -> None:
         ))
 
 
-def bring_up_to_date(store: Store, design: Design, draw: DrawPoints) -> StageReport:
+def bring_curves_up_to_date(store: Store, design: Design, draw: DrawPoints) -> StageReport:
     """Play the missing curves of a design, then report on its figures."""
     every, data = sweeps(design), crew.get().path(store.root)
     todo = [sweep for sweep in every if store.holding(sweep_work(sweep)) is None]

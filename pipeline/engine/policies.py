@@ -30,8 +30,8 @@ from pitchlore.pipeline.store.receipts import Manifest, Receipt, digest
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
 
-#: Appraisals and the pairs that are kept, as :func:`pipeline.policies.appraise.appraise` makes them: from
-#: decisions, sights, pairs, settings, version and watched sights.
+#: Appraisals and the pairs that are kept, as :func:`pipeline.policies.appraise.fit_action_values` makes them:
+#: from decisions, sights, pairs, settings, version and watched sights.
 Fit = Callable[
     [pl.DataFrame, pl.DataFrame, pl.DataFrame, AppraisalSettings, int, pl.DataFrame | None],
     tuple[pl.DataFrame, pl.DataFrame]]
@@ -91,9 +91,9 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     Args:
         inputs: inputs of the next version.
         settings: settings of the stage.
-        fit: fits the appraisals; None: :func:`pipeline.policies.appraise.appraise`.
+        fit: fits the appraisals; None: :func:`pipeline.policies.appraise.fit_action_values`.
     """
-    from pitchlore.pipeline.policies.appraise import actions, appraise  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.policies.appraise import actions, fit_action_values  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
@@ -119,7 +119,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         sights = pl.concat(inputs.batches("sequences", Sights))
         watched = sights.drop_nulls("code").join(
             mine, on=("match_id", "team"), how="semi", maintain_order="left")
-        appraisals, kept = (fit or appraise)(
+        appraisals, kept = (fit or fit_action_values)(
             ordered, sights, seen, settings.appraisals, inputs.version, watched)
         policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
     returned = returns_of(policy, ordered, _returns(inputs), settings)

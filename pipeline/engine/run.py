@@ -176,10 +176,10 @@ def perform(
         listener.get().begin(noun, counts[noun])
     outputs = {output.name: output for output in todo}
     path = crew.get().path
-    root, doubted = path(store.root), frozenset(map(path, store.doubted))
+    root, suspect = path(store.root), frozenset(map(path, store.suspect))
     for name, result in carried_out(_leg(counts), make, {
         name: {"data": root, "nouns": nouns[output], "output": output, "settings": settings,
-               "scope": scope.of(output), "doubted": doubted}
+               "scope": scope.of(output), "suspect": suspect}
         for name, output in outputs.items()
     }):
         output = outputs[name]
@@ -211,7 +211,7 @@ def _emitted(data: Path, noun: str, settings: BaseModel, scope: Scope) -> tuple[
 
 
 def _leg(nouns: Iterable[str]) -> str:
-    """The name of a leg: its first stage, and its last."""
+    """The name of a stage group: its first stage, and its last."""
     first, *others = nouns
     return f"{first} to {others[-1]}" if others else first
 
@@ -224,7 +224,7 @@ def concluded(store: Store, report: StageReport) -> StageReport:
 
 
 def suspecting(data: Path) -> Store:
-    """The store of a run, without the leftovers of killed runs; it doubts damaged files.
+    """The store of a run, without the leftovers of killed runs; it suspects damaged files.
 
     Raises:
         BadSettings, StorageFailed: as for :func:`swept`.

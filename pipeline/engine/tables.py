@@ -54,7 +54,7 @@ class TableOf:
 
     def __init__(self, schema: type[Table], *nouns: str, optional: bool = False) -> None:
         self.schema, self.nouns, self.optional = schema, nouns, optional
-        self.__doc__ = describe(schema)
+        self.__doc__ = columns_in_words(schema)
 
     @overload
     def __get__(self, match: None, owner: type) -> Self: ...
@@ -73,7 +73,7 @@ class TableOf:
         return table if STAGES[self.nouns[0]].per is Per.MATCH else table.filter(match_id=match.name)
 
 
-def describe(schema: type[Table]) -> str:
+def columns_in_words(schema: type[Table]) -> str:
     """A table in words: the meaning of a row, and each column with its dtype, meaning and unit."""
     lines = (f"    {name} ({dtype}): {schema.meanings()[name]}" for name, dtype in schema.dtypes().items())
     return "\n".join([f"{str(schema.__doc__).splitlines()[0]} A row each; columns:", "", *lines])

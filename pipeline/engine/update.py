@@ -8,10 +8,10 @@ from itertools import takewhile
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.catalog import check_files
 from pitchlore.pipeline.engine.costs import Cost, Spent
+from pitchlore.pipeline.engine.freshness import FreshnessCache
 from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
 from pitchlore.pipeline.engine.matches import mend_match
-from pitchlore.pipeline.engine.memo import Memo
 from pitchlore.pipeline.engine.outputs import match_names
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import Output, Scope, Stage
@@ -48,10 +48,10 @@ def bring_up_to_date(
         train: whether to make a policy.
     """
     scope = Scope(matches=tuple(match_names(store)))
-    for leg in STAGES.legs():
+    for stage_group in STAGES.stage_groups():
         if not scope.matches:
             break
-        failed = bring(store, leg, settings, scope, report, perform)
+        failed = bring(store, stage_group, settings, scope, report, perform)
         if any(output.match is None for output in failed):
             scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}
@@ -93,7 +93,7 @@ def standing_version(store: Store, stage: Stage, settings: Settings, scope: Scop
 def look_for_damage(store: Store, report: RunReport) -> None:
     """Mend matches from their logs, and report the damage that no stage can mend.
 
-    The store doubts damaged outputs from now on, so that they are made again.
+    The store suspects damaged outputs from now on, so that they are made again.
     """
     report.stage("matches").failed |= store.unreadable("matches")
     damaged = check_files(store).damaged
@@ -109,24 +109,25 @@ def look_for_damage(store: Store, report: RunReport) -> None:
 
 
 def bring(
-    store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope, report: RunReport, perform: Perform
+    store: Store, stage_group: Sequence[Stage], settings: Settings, scope: Scope, report: RunReport,
+    perform: Perform,
 ) -> list[Output]:
-    """Make the new outputs of a leg's stages, add to the report, and return those that failed."""
-    reports = [report.stage(stage.noun) for stage in leg]
+    """Make the new outputs of a stage group's stages, add to the report, and return those that failed."""
+    reports = [report.stage(stage.noun) for stage in stage_group]
     refused = {(record.noun, record.name) for record in store.quarantined()}
-    memo = Memo(store, leg, settings, scope)
+    cache = FreshnessCache(store, stage_group, settings, scope)
     todo: dict[Output, Sequence[Stage]] = {}
-    for output in leg[0].outputs(scope):
-        done = leg if memo.holds(output) else _done(store, leg, output, settings, scope)
+    for output in stage_group[0].outputs(scope):
+        done = stage_group if cache.holds(output) else _done(store, stage_group, output, settings, scope)
         for stage, stage_report in zip(done, reports, strict=False):
             stage_report.kept += 1
             if (stage.noun, output.name) in refused:
                 store.release(stage.noun, output.name)
-        if len(done) < len(leg):
-            todo[output] = leg[len(done):]
+        if len(done) < len(stage_group):
+            todo[output] = stage_group[len(done):]
         else:
-            memo.note(output)
-    memo.keep()
+            cache.note(output)
+    cache.keep()
     failed = []
     for output, outcome in perform(todo, settings, scope) if todo else ():
         for noun, new in outcome.made.items():
@@ -143,12 +144,12 @@ def bring(
 
 
 def _done(
-    store: Store, leg: Sequence[Stage], output: Output, settings: Settings, scope: Scope
+    store: Store, stage_group: Sequence[Stage], output: Output, settings: Settings, scope: Scope
 ) -> Sequence[Stage]:
-    """The first stages of a leg that have made their output of a name."""
+    """The first stages of a stage group that have made their output of a name."""
     own = scope.of(output)
     return list(takewhile(
-        lambda stage: STAGES.done(store, stage, output, stage.settings(settings), own), leg))
+        lambda stage: STAGES.done(store, stage, output, stage.settings(settings), own), stage_group))
 
 
 def _look_at_versions(store: Store, report: RunReport) -> None:

@@ -57,7 +57,7 @@ def open(data: str | Path = "data") -> League:  # noqa: A001 (as one says it)
     return League(existing(Path(data)))
 
 
-class Matches(Mapping[str, Match]):
+class LeagueMatches(Mapping[str, Match]):
     """The matches of a league by id; the beginning of an id will do. A notebook shows them as a table.
 
     Args:
@@ -114,9 +114,9 @@ class League:
         return f"<League {self.store.where}: {len(self.matches)} matches>"
 
     @property
-    def matches(self) -> Matches:
+    def matches(self) -> LeagueMatches:
         """The matches by id: ``league.matches["derby"]`` is a :class:`pitchlore.Match`."""
-        return Matches(self)
+        return LeagueMatches(self)
 
     def match(self, match: str) -> Match:
         """A match by its id.
@@ -308,9 +308,9 @@ class League:
             NotFound: if Minari is not installed, or if there are no such decisions.
             BadSettings: if the id is none of Minari's, or is taken.
         """
-        from pitchlore.pipeline.views.decided import write  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.decided import write_decisions  # noqa: PLC0415 (loaded when asked for)
 
-        return write(self.store, dataset, matches)
+        return write_decisions(self.store, dataset, matches)
 
     def _catalogue(self) -> Path:
         """The catalogue, brought up to date; a warning names each damaged file that it leaves out."""

@@ -173,12 +173,13 @@ class Match(MatchTables):
             BadRecording: if the form cannot hold the match.
             StorageFailed: if the disk refuses.
         """
-        from pitchlore.pipeline.views.exports.content import Content  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.exports.content import ExportedMatch  # noqa: PLC0415 (loaded when asked for)
         from pitchlore.pipeline.views.exports.formats import FORMATS  # noqa: PLC0415 (loaded when asked for)
 
         if to not in FORMATS:
             raise BadSettings(f"there is no form {to!r}", next_step=f"Name one of {', '.join(FORMATS)}")
-        files = {f"{self.name}.{ending}": data for ending, data in FORMATS[to].write(Content(self)).items()}
+        written = FORMATS[to].write(ExportedMatch(self))
+        files = {f"{self.name}.{ending}": data for ending, data in written.items()}
         return [self._write(None if folder is None else Path(folder) / name, "exports", name, data)
                 for name, data in files.items()]
 

@@ -111,9 +111,9 @@ class Knowledge(Version):
             CorruptFile: if the table's file is damaged.
         """
         from pitchlore.pipeline.views.plots.matches import plot_behaviours  # noqa: PLC0415 (loaded when asked for)
-        from pitchlore.pipeline.views.plots.style import png  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.views.plots.style import plot_png  # noqa: PLC0415 (loaded when asked for)
 
-        return png(plot_behaviours(self.behaviours), dpi=dpi)
+        return plot_png(plot_behaviours(self.behaviours), dpi=dpi)
 
     _repr_png_ = picture
 

@@ -56,7 +56,7 @@ def actions(occasions: pl.DataFrame, codes: Iterable[int], settings: AppraisalSe
     ).sort("role", "behaviour_id")
 
 
-def appraise(
+def fit_action_values(
     decisions: pl.DataFrame, sights: pl.DataFrame, pairs: pl.DataFrame, settings: AppraisalSettings,
     version: int, watched: pl.DataFrame | None = None,
 ) -> tuple[pl.DataFrame, pl.DataFrame]:

@@ -13,7 +13,7 @@ import polars as pl
 from pitchlore.pipeline.numbers.claims import counted
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER, STATIC
 from pitchlore.pipeline.report.document import interval, markdown_table, number, picture
-from pitchlore.pipeline.report.sensitivity import varied
+from pitchlore.pipeline.report.sensitivity import varied_settings
 from pitchlore.pipeline.report.summary import (
     LAST,
     attributed,
@@ -188,7 +188,8 @@ def about_comparisons(games: pl.DataFrame) -> Iterator[str]:
     yield (f"The last {LAST} games of each season. The learned share is of the robots' time. Brief "
            "decisions last two frames or fewer (1/30 s). Wins and losses are shares of these games; "
            f"their intervals are {OF_RATES.format('these games')}.")
-    yield with_intervals(settings_compared(games.filter(~varied())), ("settings", "opponent", "seasons"))
+    others = settings_compared(games.filter(~varied_settings()))
+    yield with_intervals(others, ("settings", "opponent", "seasons"))
 
 
 def about_goals(games: pl.DataFrame) -> Iterator[str]:

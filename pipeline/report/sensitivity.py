@@ -26,7 +26,7 @@ PREFIX = "paper-vary-"
 LAST = 4
 
 
-def varied() -> pl.Expr:
+def varied_settings() -> pl.Expr:
     """True for rows of a variation, by their column settings."""
     return pl.col("settings").str.starts_with(PREFIX)
 

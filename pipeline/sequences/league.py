@@ -19,7 +19,7 @@ _KEPT = 1 << 22
 TeamsOfSides = Mapping[str, Mapping[str, Team]]
 
 
-class League:
+class LeagueSequences:
     """Sequences of many matches in chunks of whole matches, for passes over all of them.
 
     A chunk has some columns of schema Sequences; ``match_id`` is int64, the match's place in ``matches``.

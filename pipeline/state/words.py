@@ -41,6 +41,6 @@ def elements_of(states: I64, key: Key, slot: int) -> pl.Series:
     return pl.DataFrame(said).select(pl.concat_list(pl.all()).alias("elements"))["elements"]
 
 
-def named(elements: list[str]) -> dict[str, str]:
+def levels_in_words(elements: list[str]) -> dict[str, str]:
     """Name of each element to the name of its level, from a state in words."""
     return dict(element.split(IS, 1) for element in elements)

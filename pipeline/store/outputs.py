@@ -30,11 +30,11 @@ class Outputs(Reading):
     """Receipts and the files that they vouch for.
 
     Attributes:
-        doubted: files that the last look at the folder found damaged or lost
+        suspect: files that the last look at the folder found damaged or lost
             (:func:`pipeline.engine.catalog.check_files`).
     """
 
-    doubted: frozenset[Path] = frozenset()
+    suspect: frozenset[Path] = frozenset()
 
     def receipt(self, noun: str, name: str) -> Receipt | None:
         """The receipt of an output, None if there is none.
@@ -71,7 +71,7 @@ class Outputs(Reading):
         return found
 
     def holding(self, work: Work) -> Receipt | None:
-        """The receipt of an output, if it is of exactly this work and its files exist, none doubted."""
+        """The receipt of an output, if it is of exactly this work and its files exist, none suspect."""
         receipt = self.readable(work.noun, work.name)
         if receipt is None or receipt.key != work.key:
             return None
@@ -80,7 +80,7 @@ class Outputs(Reading):
                 size: int | None = os.stat(f"{self.root}/{record.path}").st_size  # noqa: PTH116 (see sealed.read_model)
             except OSError:
                 size = None if self.mirror is None else self.mirror.size(self.root / record.path)
-            if size != record.size or (self.doubted and self.root / record.path in self.doubted):
+            if size != record.size or (self.suspect and self.root / record.path in self.suspect):
                 return None
         return receipt
 

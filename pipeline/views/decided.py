@@ -37,7 +37,7 @@ class Dataset(NamedTuple):
     matches: tuple[str, ...]
 
 
-def write(store: Store, dataset: str, matches: Sequence[str] = ()) -> Dataset:
+def write_decisions(store: Store, dataset: str, matches: Sequence[str] = ()) -> Dataset:
     """Write the decisions of matches as a dataset where Minari keeps its own.
 
     Args:

@@ -37,7 +37,7 @@ def run(store: Store) -> str:
     ) -> Iterator[tuple[Output, Outcome]]:
         for output, stages in todo.items():
             nouns = [stage.noun for stage in stages]
-            yield output, make(store.root, nouns, output, settings, scope.of(output), store.doubted)
+            yield output, make(store.root, nouns, output, settings, scope.of(output), store.suspect)
 
     def version(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:
         manifest, new = emit(store, stage, stage.settings(settings), scope)

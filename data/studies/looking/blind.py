@@ -15,7 +15,7 @@ from numba import njit
 
 from pitchlore.pipeline.arena.match.controllers import AppraisingController, Controller, PolicyTables, rng_of
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
-from pitchlore.pipeline.arena.teams.appraising import NUMBERS, Policy, choose, read_state
+from pitchlore.pipeline.arena.teams.appraising import NUMBERS, ActionPolicy, choose, read_state
 from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.matches.frame import HOME
@@ -89,7 +89,7 @@ def blind(tables: PolicyTables, late_s: float | None) -> Callable[[Recipe, int],
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _decide(
-    view: F64, direction: float, lead: int, robots: Records, policy: Policy, held: I64, packed: Records,
+    view: F64, direction: float, lead: int, robots: Records, policy: ActionPolicy, held: I64, packed: Records,
     splitmix: SplitMix, decisions: Records, memory: Memory,
 ) -> None:
     """Decide for all robots, as :func:`pipeline.arena.teams.appraising.decide`, by earlier sights."""

@@ -10,7 +10,7 @@ from looking.lots import BLIND
 from peers.playing import Observed
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch
-from pitchlore.pipeline.arena.teams.appraising import Appraiser, appraised
+from pitchlore.pipeline.arena.teams.appraising import ActionValues, action_values_at
 from pitchlore.pipeline.arena.teams.clock import PAPER
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
 from pitchlore.pipeline.numbers.arrays import F32, I64, Bools
@@ -54,7 +54,7 @@ class Chooser:
         rng: draws what blind robots look at.
     """
 
-    def __init__(self, appraiser: Appraiser, ways: Sequence[str], rng: np.random.Generator) -> None:
+    def __init__(self, appraiser: ActionValues, ways: Sequence[str], rng: np.random.Generator) -> None:
         self._appraiser, self._ways, self._rng = appraiser, ways, rng
         self._actions = np.array([BEHAVIOURS.index(code) for code in appraiser.codes])
         teams = [constant(way) for way in ways]
@@ -88,5 +88,6 @@ class Chooser:
                 blind = np.flatnonzero((roles == role) & (ways == self._ways.index(BLIND)))
                 if len(blind) and len(kept):
                     looked_at[blind] = kept[self._rng.integers(len(kept), size=len(blind))]
-        worth = np.where(self._appraiser.allowed[roles].T, appraised(self._appraiser, looked_at), -np.inf)
+        values = action_values_at(self._appraiser, looked_at)
+        worth = np.where(self._appraiser.allowed[roles].T, values, -np.inf)
         return np.where(self._constant[ways], self._codes[ways, roles], self._actions[worth.argmax(axis=0)])

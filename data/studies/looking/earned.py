@@ -6,9 +6,9 @@ import numpy as np
 import polars as pl
 from scipy.special import stdtrit
 
-from pitchlore.pipeline.arena.teams.appraising import appraised, appraiser_of
+from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.policies.appraise import appraise
+from pitchlore.pipeline.policies.appraise import fit_action_values
 from pitchlore.pipeline.settings import AppraisalSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Decisions, Sights
@@ -38,7 +38,7 @@ def earned(store: Store, decided: pl.DataFrame, parts: int = 5) -> float:
     for part in range(parts):
         left = matches.gather_every(parts, part)
         kept = ~pl.col("match_id").is_in(left.implode())
-        found, _ = appraise(made.filter(kept), seen.filter(kept), pairs, settings, 1)
+        found, _ = fit_action_values(made.filter(kept), seen.filter(kept), pairs, settings, 1)
         gains.append(_gains(found, decided))
     gain = np.array(gains)
     mean = gain.mean(0)
@@ -51,7 +51,7 @@ def earned(store: Store, decided: pl.DataFrame, parts: int = 5) -> float:
 def _gains(appraisals: pl.DataFrame, decided: pl.DataFrame) -> F64:
     """Worth of the chosen actions, less that of the role's action that is worth most on average."""
     appraiser, _ = appraiser_of(decided.select("role", "behaviour_id").unique(), appraisals)
-    value = appraised(appraiser, np.ascontiguousarray(decided["sight"].to_numpy(), dtype=np.float32))
+    value = action_values_at(appraiser, np.ascontiguousarray(decided["sight"].to_numpy(), dtype=np.float32))
     code = decided["behaviour_id"].str.split("-").list.last().cast(pl.Int64).to_numpy()
     chosen = value[np.searchsorted(appraiser.codes[1:], code) + 1, np.arange(len(code))]
     best = np.zeros(len(code))

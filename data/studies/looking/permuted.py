@@ -15,7 +15,7 @@ import polars as pl
 from pitchlore.pipeline.engine import policies
 from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.policies.appraise import appraise
+from pitchlore.pipeline.policies.appraise import fit_action_values
 from pitchlore.pipeline.settings import AppraisalSettings
 
 #: Keys of a decision and of its sight.
@@ -77,10 +77,10 @@ def dealt(
 ) -> Tables:  # fmt: skip
     """Appraisals and kept pairs of a log that was dealt out anew.
 
-    ``deal`` deals it out; the rest is as for :func:`pipeline.policies.appraise.appraise`.
+    ``deal`` deals it out; the rest is as for :func:`pipeline.policies.appraise.fit_action_values`.
     """
     assert not settings.watched, "what was watched is not dealt out"
-    return appraise(*deal(decisions, sights, settings.seed), pairs, settings, version, watched)
+    return fit_action_values(*deal(decisions, sights, settings.seed), pairs, settings, version, watched)
 
 
 def stages(deal: Deal) -> Chain:

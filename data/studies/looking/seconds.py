@@ -14,7 +14,7 @@ from looking.lots import Trial
 from peers.playing import STEP_S, pitch_of
 from peers.worth import Worth
 
-from pitchlore.pipeline.arena.teams.appraising import Appraiser
+from pitchlore.pipeline.arena.teams.appraising import ActionValues
 from pitchlore.schemas import SIDES
 from pitchlore.schemas.sights import SIGHT
 
@@ -22,7 +22,7 @@ from pitchlore.schemas.sights import SIGHT
 _SECOND = round(1 / STEP_S)
 
 
-def seconds(appraiser: Appraiser, trial: Trial, seeds: Sequence[int]) -> pl.DataFrame:
+def seconds(appraiser: ActionValues, trial: Trial, seeds: Sequence[int]) -> pl.DataFrame:
     """Play pairs of matches by lot, side by side; a row a robot and second that began in play.
 
     Returns:

@@ -20,7 +20,7 @@ from peers.teams import OURS
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.report.measures import DIFFERENCE
-from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.plots.style import plot_png
 
 #: The study of learners that play no seasons.
 PEERS = "peers"
@@ -124,7 +124,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
         axes.set_xlabel("matches of eight minutes against the static team")
         axes.legend(fontsize=8, loc="lower right")
     panels[0].set_ylabel("goals a match more than the static team")
-    path.write_bytes(png(figure))
+    path.write_bytes(plot_png(figure))
 
 
 def main(out: Path) -> None:

@@ -13,7 +13,7 @@ from peers.teams import ONCE, OURS, WHOLE, Team
 
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.numbers.statistics import mean_interval, welch
-from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.plots.style import plot_png
 from pitchlore.schemas.table import called
 
 #: Of what an interval is where there is one training, and how the tables mark it.
@@ -153,7 +153,7 @@ def plot(found: pl.DataFrame, path: Path) -> None:
     axes.set_xlabel("matches of eight minutes against the static team")
     axes.set_ylabel("goals a match more than the static team")
     axes.legend(fontsize=8, loc="upper left", ncols=2)
-    path.write_bytes(png(figure))
+    path.write_bytes(plot_png(figure))
 
 
 def write(out: Path, rows: Sequence[dict[str, object]]) -> None:

@@ -28,7 +28,7 @@ from pitchlore.pipeline.report.report import (
     renamed,
     with_intervals,
 )
-from pitchlore.pipeline.report.sensitivity import varied
+from pitchlore.pipeline.report.sensitivity import varied_settings
 from pitchlore.pipeline.report.summary import LAST, ablated
 from pitchlore.pipeline.report.table3 import GAMES
 from pitchlore.pipeline.views.report import ReportTables
@@ -154,7 +154,7 @@ def about_ablations(games: pl.DataFrame) -> Iterator[str]:
     low, high = pl.col("difference_low"), pl.col("difference_high")
     told = (pl.when(low > 0).then(pl.lit("better")).when(high < 0).then(pl.lit("worse"))
             .otherwise(pl.lit("not told apart")))
-    rows = ablated(games.filter(~varied()), (PAPER, BEST)).select(
+    rows = ablated(games.filter(~varied_settings()), (PAPER, BEST)).select(
         "settings", pl.col("base").alias("minus"), "opponent",
         pl.format("{} and {}", "seasons", "seasons_base").alias("seasons"),
         pl.format("{} to {}", "first", "last").alias("games"),

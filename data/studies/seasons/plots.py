@@ -10,12 +10,12 @@ from matplotlib.ticker import MaxNLocator
 
 from pitchlore.pipeline.report.claims import BEST, PAPER, STATIC
 from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER_TIME
-from pitchlore.pipeline.report.sensitivity import varied
+from pitchlore.pipeline.report.sensitivity import varied_settings
 from pitchlore.pipeline.report.summary import mean_curves
 from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.views.plots import report
 from pitchlore.pipeline.views.plots.seasons import draw, keyed, seasons
-from pitchlore.pipeline.views.plots.style import COLOURS, plain, png
+from pitchlore.pipeline.views.plots.style import COLOURS, plain, plot_png
 
 #: Measures, a row of panels each, and their labels.
 _LABELS = {"difference": "goal difference a game", "other": "learned, % of time"}
@@ -33,12 +33,12 @@ def pictures(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
     found = report.plots_of_seasons(games, growth)
     for base in (PAPER, BEST):
         mine = (pl.col("settings") == base) | pl.col("settings").str.starts_with(f"{base}-")
-        variants = games.filter(mine & ~varied() & (pl.col("opponent") == STATIC))
+        variants = games.filter(mine & ~varied_settings() & (pl.col("opponent") == STATIC))
         if variants["settings"].n_unique() > 1 and base in variants["settings"]:
             both = {"difference": DIFFERENCE, "other": OTHER_TIME}
             drawn = ablations(
                 mean_curves(variants, both, poolings=report.WITHIN), base, CHANGE if base == PAPER else None)
-            found[f"ablations-{base}"] = png(drawn)
+            found[f"ablations-{base}"] = plot_png(drawn)
     return found
 
 

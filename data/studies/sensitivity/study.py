@@ -16,7 +16,7 @@ from harness import ROOT, seasons
 
 from pitchlore.pipeline.report.claims import PAPER
 from pitchlore.pipeline.report.report import estimates
-from pitchlore.pipeline.report.sensitivity import LAST, PREFIX, sensitivity, varied
+from pitchlore.pipeline.report.sensitivity import LAST, PREFIX, sensitivity, varied_settings
 from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import RELEASE
@@ -56,7 +56,7 @@ def main(
 
 def measured(games: pl.DataFrame, growth: pl.DataFrame) -> pl.DataFrame:
     """Key numbers of the paper's settings and of their variations, from schemas Games and Growth."""
-    of = varied() | (pl.col("settings") == PAPER)
+    of = varied_settings() | (pl.col("settings") == PAPER)
     return sensitivity(games.filter(of), growth.filter(of), PAPER)
 
 

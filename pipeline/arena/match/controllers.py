@@ -217,14 +217,14 @@ class LearnedController(_Deciding):
         super().__init__(recipe, rng, names)
         self._settings = settings
         sampled = self._known._replace(values=self._known.values.copy())
-        self._policy = learned.Policy(sampled, radix("full36"), self._edges, settings.explore,
+        self._policy = learned.BehaviourPolicy(sampled, radix("full36"), self._edges, settings.explore,
                                       Clock.of(settings.clock, recipe.physics.hz))
         self._due = True
         self._has = NOBODY
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
         super().restarted(frame, lead)
-        learned.forget(self._robots)
+        learned.forget_choices(self._robots)
         own = self._settings
         learned.sample_values(
             self._known, own.posterior_std, own.lcb_weight, self._splitmix, self._policy.table.values
@@ -267,7 +267,7 @@ class AppraisingController(_Deciding):
         super().__init__(recipe, rng, names)
         hz = recipe.physics.hz
         self._clock = max(1, round(settings.clock_s * hz))
-        self._policy = appraising.Policy(appraiser, radix("full36"), self._edges, settings.explore,
+        self._policy = appraising.ActionPolicy(appraiser, radix("full36"), self._edges, settings.explore,
                                          hold=max(1, round(settings.explore_s * hz / self._clock)))
         self._held = np.zeros(recipe.robots, dtype=np.int64)
         self._next = 0

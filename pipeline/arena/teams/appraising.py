@@ -34,7 +34,7 @@ from pitchlore.schemas.situations import MOVES_RANDOMLY
 NUMBERS = len(SIGHT)
 
 
-class Appraiser(NamedTuple):
+class ActionValues(NamedTuple):
     """Appraisals as :func:`decide` looks them up.
 
     Attributes:
@@ -50,7 +50,7 @@ class Appraiser(NamedTuple):
     trees: Trees
 
 
-class Policy(NamedTuple):
+class ActionPolicy(NamedTuple):
     """A team's policy, as :func:`decide` takes it.
 
     Attributes:
@@ -61,14 +61,14 @@ class Policy(NamedTuple):
         hold: number of decisions for which it then stays with this action, at least 1.
     """
 
-    appraiser: Appraiser
+    appraiser: ActionValues
     whole: Radix
     edges: BinEdges
     explore: float
     hold: int
 
 
-def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Appraiser, list[str | None]]:
+def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[ActionValues, list[str | None]]:
     """Appraisals as arrays, and the names of what is chosen.
 
     Args:
@@ -97,7 +97,7 @@ def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Apprai
         own = rows[name].fill_null(-1).to_numpy()
         return np.where(own < 0, -1, own + offset).astype(np.int32)
 
-    appraiser = Appraiser(
+    appraiser = ActionValues(
         np.array(codes, dtype=np.int64), allowed,
         np.searchsorted(roots["place"].to_numpy(), np.arange(len(codes) + 1)).astype(np.int64),
         Trees(
@@ -112,7 +112,7 @@ def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Apprai
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
+def action_value(appraiser: ActionValues, action: int, sight: F32) -> float:
     """Worth of an action at a sight, float32 [30]; 0 without trees."""
     worth = 0.0
     for tree in range(appraiser.first[action], appraiser.first[action + 1]):
@@ -120,7 +120,7 @@ def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
     return worth
 
 
-def appraised(appraiser: Appraiser, sights: F32) -> F64:
+def action_values_at(appraiser: ActionValues, sights: F32) -> F64:
     """Worth of all actions at sights, float64 [C, N], from float32 [N, 30]; 0 without trees."""
     trees, first = appraiser.trees, appraiser.first
     return np.array([logits(trees._replace(start=trees.start[one:next_]), sights)
@@ -129,7 +129,7 @@ def appraised(appraiser: Appraiser, sights: F32) -> F64:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
-    view: F64, direction: float, lead: int, robots: Records, policy: Policy, held: I64, packed: Records,
+    view: F64, direction: float, lead: int, robots: Records, policy: ActionPolicy, held: I64, packed: Records,
     splitmix: SplitMix, decisions: Records,
 ) -> None:  # fmt: skip
     """Decide for all robots, each by what it sees.
@@ -157,7 +157,7 @@ def decide(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def read_state(
-    view: F64, direction: float, lead: int, policy: Policy, packed: Records, roles: I64
+    view: F64, direction: float, lead: int, policy: ActionPolicy, packed: Records, roles: I64
 ) -> np.int64:
     """State of the team by all elements; int64 [2 N] ``roles`` of all robots are written."""
     elements = np.zeros(ELEMENTS, dtype=np.uint8)
@@ -168,7 +168,7 @@ def read_state(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def choose(
-    robot: int, sight: F32, view: F64, roles: I64, state: np.int64, robots: Records, policy: Policy,
+    robot: int, sight: F32, view: F64, roles: I64, state: np.int64, robots: Records, policy: ActionPolicy,
     held: I64, packed: Records, splitmix: SplitMix, decisions: Records,
 ) -> None:  # fmt: skip
     """Decide for robot number ``robot``, from 1, by a sight, float32 [30].
@@ -188,7 +188,7 @@ def choose(
     for action in range(1, len(appraiser.codes)):
         if not appraiser.allowed[role, action]:
             continue
-        worth = 0.0 if tries else appraise(appraiser, action, sight)
+        worth = 0.0 if tries else action_value(appraiser, action, sight)
         if ties == 0 or worth > most:
             best, most, ties = action, worth, 1
         elif worth == most:
@@ -202,7 +202,7 @@ def choose(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def carry_on(
-    view: F64, robots: Records, appraiser: Appraiser, packed: Records, splitmix: SplitMix, wheels: F64
+    view: F64, robots: Records, appraiser: ActionValues, packed: Records, splitmix: SplitMix, wheels: F64
 ) -> None:
     """Carry on all actions for a frame; one whose end holds is begun anew.
 

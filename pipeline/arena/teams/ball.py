@@ -10,7 +10,7 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
+from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit_vector
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.steering import FRONT, steer
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y
@@ -101,7 +101,7 @@ def push(
     The robot aims behind the ball's middle, by the share ``round_it`` of the distance at which they touch.
     The more, the quicker the ball is turned, and the sooner lost.
     """
-    ux, uy = unit(tx - view[BALL, X], ty - view[BALL, Y])
+    ux, uy = unit_vector(tx - view[BALL, X], ty - view[BALL, Y])
     dx, dy = offset(view, robot, BALL)
     back = round_it * m.touch if dx * ux + dy * uy > 0.0 else 0.0
     steer(view, robot, dx - back * ux, dy - back * uy, speed, FRONT, m, wheels)

@@ -26,7 +26,7 @@ from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams import static
 from pitchlore.pipeline.arena.teams.ball import coming
-from pitchlore.pipeline.arena.teams.geometry import clamp, distance, unit
+from pitchlore.pipeline.arena.teams.geometry import clamp, distance, unit_vector
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
 from pitchlore.pipeline.arena.teams.pressing import carrier
@@ -84,7 +84,7 @@ def play(
         if own["job"] == KEEPER:
             static.guard(view, robot, m, wheels)
         elif robot == first and attacks and second > 0 and _open(view, second, m):
-            ux, uy = unit(*_pass(view, second))
+            ux, uy = unit_vector(*_pass(view, second))
             static.drive_ball(view, robot, ux, uy, m, wheels)
         elif robot == first or (robot == second and attacks and _gets(view, robot, m)):
             static.attack(view, robot, rule, m, wheels)

@@ -35,7 +35,7 @@ def along(view: F64, robot: int, dx: float, dy: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def unit(dx: float, dy: float) -> tuple[float, float]:
+def unit_vector(dx: float, dy: float) -> tuple[float, float]:
     """The vector scaled to length 1; (1, 0) for (0, 0)."""
     length = math.sqrt(dx * dx + dy * dy)
     return (dx / length, dy / length) if length > 0.0 else (1.0, 0.0)

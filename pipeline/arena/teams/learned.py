@@ -45,7 +45,7 @@ ROBOT = np.dtype([
 DECISION = np.dtype([(name, np.int64) for name in ("robot", "role", "state", "behaviour", "random")])
 
 
-class Policy(NamedTuple):
+class BehaviourPolicy(NamedTuple):
     """The knowledge and settings that a learned team decides by.
 
     Attributes:
@@ -100,7 +100,7 @@ def observe_levels(view: F64, direction: float, lead: int, roles: I64, edges: Bi
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def forget(robots: Records) -> None:
+def forget_choices(robots: Records) -> None:
     """Play is on anew: all robots have to decide, and go on with nothing."""
     for robot in range(len(robots)):
         own = robots[robot]
@@ -135,7 +135,7 @@ def interrupt(view: F64, robots: Records, before: int, packed: Records) -> tuple
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
-    view: F64, direction: float, lead: int, robots: Records, policy: Policy, packed: Records,
+    view: F64, direction: float, lead: int, robots: Records, policy: BehaviourPolicy, packed: Records,
     splitmix: SplitMix, decisions: Records,
 ) -> int:  # fmt: skip
     """Decide for each robot that has to. Who chooses the behaviour or code that it is doing goes on with it.
@@ -243,7 +243,7 @@ def _next(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _choose(
-    robot: int, view: F64, roles: I64, elements: U8, m: Measures, policy: Policy, splitmix: SplitMix
+    robot: int, view: F64, roles: I64, elements: U8, m: Measures, policy: BehaviourPolicy, splitmix: SplitMix
 ) -> tuple[int, int, int]:
     """Row of the behaviour, place of the code that it begins with, and whether it was chosen at random."""
     table, role = policy.table, roles[robot - 1]

@@ -20,7 +20,7 @@ from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams.ball import has_ball, push, soon, spin
-from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
+from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit_vector
 from pitchlore.pipeline.arena.teams.goalkeeping import keep_line
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
@@ -335,4 +335,4 @@ def shot(view: F64, m: Measures) -> tuple[float, float]:
     dx, dy = max(m.goal_x - bx, m.radius), aim - by
     if abs(by) > m.half_width - 1.5 * m.radius and bx < m.goal_x - m.area_depth:
         dy = 0.0  # along the side wall
-    return unit(dx, dy)
+    return unit_vector(dx, dy)

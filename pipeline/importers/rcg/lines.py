@@ -86,7 +86,7 @@ class ParsedLines:
     uncounted: int = 0
 
 
-def scan(text: bytes) -> ParsedLines:
+def scan_lines(text: bytes) -> ParsedLines:
     """Parse line by line; a line that cannot be parsed is counted and skipped."""
     record = ParsedLines()
     for raw in text.split(b"\n"):

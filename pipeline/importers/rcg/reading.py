@@ -8,7 +8,7 @@ from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.rcg.events import events_of
-from pitchlore.pipeline.importers.rcg.lines import ParsedLines, scan
+from pitchlore.pipeline.importers.rcg.lines import ParsedLines, scan_lines
 from pitchlore.pipeline.importers.rcg.players import commands_of, players_of, shown_frames
 from pitchlore.pipeline.importers.rows import referee
 from pitchlore.pipeline.importers.source import SourceFile
@@ -43,7 +43,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         )
     # a recorder that was killed may leave a file that was filled up with zeros beforehand
     whole = source.content.rstrip(b"\0")
-    record = scan(whole[version.end() :])
+    record = scan_lines(whole[version.end() :])
     if not record.numbers:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
     players = players_of(record)

@@ -16,7 +16,7 @@ BALL = "ball"
 PLAY, STOP = "play", "stop"
 
 
-class Content:
+class ExportedMatch:
     """A match to be exported: its log, and its tables.
 
     Args:
@@ -95,7 +95,7 @@ def places(bodies: pl.DataFrame) -> dict[tuple[str, int | None], tuple[I64, F64]
     """By body (team, player): int64 [n] times at which it was seen, float64 [n, 4] x, y, z, heading.
 
     Args:
-        bodies: bodies of :meth:`Content.bodies`.
+        bodies: bodies of :meth:`ExportedMatch.bodies`.
     """
     seen = bodies.drop_nulls(["x", "y"]).with_columns(pl.col("z", "heading").cast(pl.Float64))
     return {

@@ -8,7 +8,7 @@ from importlib import import_module
 
 from pitchlore.pipeline.base.errors import NotFound, in_one_line
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
-from pitchlore.pipeline.views.exports.content import Content
+from pitchlore.pipeline.views.exports.content import ExportedMatch
 
 #: Files by the ending of their names after the match's id.
 FilesByEnding = dict[str, bytes]
@@ -24,15 +24,15 @@ class Format:
     """
 
     about: str
-    write: Callable[[Content], FilesByEnding]
+    write: Callable[[ExportedMatch], FilesByEnding]
 
 
-def _provider(content: Content) -> FilesByEnding:
+def _provider(content: ExportedMatch) -> FilesByEnding:
     meta, raw = second_spectrum.second_spectrum_files(content)
     return {"meta.json": meta, "tracking.jsonl": raw}
 
 
-def _rerun(content: Content) -> FilesByEnding:
+def _rerun(content: ExportedMatch) -> FilesByEnding:
     try:
         module = import_module("pitchlore.pipeline.views.exports.rerun_log")
     except ImportError as error:

@@ -16,7 +16,7 @@ import polars as pl
 
 from pitchlore.pipeline.game.pitch import SCALES
 from pitchlore.pipeline.matches.json_log import JsonMessage, JsonTopic, json_log
-from pitchlore.pipeline.views.exports.content import BALL, Content
+from pitchlore.pipeline.views.exports.content import BALL, ExportedMatch
 from pitchlore.pipeline.views.exports.drawing import COLOURS, outline
 
 #: The frame of everything, and the topics.
@@ -75,7 +75,7 @@ _SCHEMA_OF = {
 }
 
 
-def recording(content: Content) -> bytes:
+def recording(content: ExportedMatch) -> bytes:
     """The match as MCAP; bodies at ``HZ`` at most, times from the first sample."""
     topics = [
         JsonTopic(topic, schema, {"title": schema, **SCHEMAS[schema]})
@@ -124,7 +124,7 @@ def _scene(
     return JsonMessage(topic, t_ns, {"deletions": deletions, "entities": entities})
 
 
-def _pitch(content: Content) -> Iterator[JsonMessage]:
+def _pitch(content: ExportedMatch) -> Iterator[JsonMessage]:
     """The lines of the pitch, once."""
     pitch = content.log.info.pitch
     lines = [
@@ -138,7 +138,7 @@ def _pitch(content: Content) -> Iterator[JsonMessage]:
     yield _scene(LINES, 0, [_entity("lines", 0, lines=lines)])
 
 
-def _bodies(content: Content) -> Iterator[JsonMessage]:
+def _bodies(content: ExportedMatch) -> Iterator[JsonMessage]:
     """Bodies and their frames, sample by sample; a body that is not seen is taken away."""
     scales = SCALES[content.log.info.pitch.kind]
     high, wide = 2 * scales.robot_radius, 2 * scales.robot_radius
@@ -197,7 +197,7 @@ def _thinned(bodies: pl.DataFrame) -> Iterator[tuple[int, list[dict[str, Any]]]]
             next_ns = t_ns + int(0.98e9 / HZ)
 
 
-def _situations(content: Content) -> Iterator[JsonMessage]:
+def _situations(content: ExportedMatch) -> Iterator[JsonMessage]:
     """Situation of each robot, over it and in the log: a text from its start to its end."""
     scales = SCALES[content.log.info.pitch.kind]
     rows = content.match.situations.sort("start_ns", "team", "robot")
@@ -221,7 +221,7 @@ def _line(t_ns: int, message: str, name: str) -> dict[str, Any]:
     return {"timestamp": _time(t_ns), "level": _INFO, "message": message, "name": name, "file": "", "line": 0}
 
 
-def _referee(content: Content) -> Iterator[JsonMessage]:
+def _referee(content: ExportedMatch) -> Iterator[JsonMessage]:
     """The referee's events in the log."""
     for row in content.log.referee.sort("t_ns", maintain_order=True).iter_rows(named=True):
         words = [row["event"], row["team"] or ""]

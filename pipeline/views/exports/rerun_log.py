@@ -18,7 +18,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from pitchlore.pipeline.game.pitch import SCALES
-from pitchlore.pipeline.views.exports.content import BALL, Content, places
+from pitchlore.pipeline.views.exports.content import BALL, ExportedMatch, places
 from pitchlore.pipeline.views.exports.drawing import COLOURS, outline
 
 #: The timeline: time since the first sample.
@@ -27,7 +27,7 @@ MATCH = "match"
 _AWAY_NS = 500_000_000
 
 
-def recording(content: Content) -> bytes:
+def recording(content: ExportedMatch) -> bytes:
     """The match as a recording (.rrd) with its blueprint."""
     info = content.log.info
     stream = rr.RecordingStream("pitchlore", recording_id=info.match_id, send_properties=False)
@@ -43,7 +43,7 @@ def recording(content: Content) -> bytes:
         return path.read_bytes()
 
 
-def _blueprint(content: Content) -> rrb.Blueprint:
+def _blueprint(content: ExportedMatch) -> rrb.Blueprint:
     """The pitch beside the events, over the lanes of situations."""
     pitch = content.log.info.pitch
     x, y = 0.5 * pitch.length + 2 * pitch.goal_depth, 0.54 * pitch.width
@@ -61,13 +61,13 @@ def _blueprint(content: Content) -> rrb.Blueprint:
     )
 
 
-def _pitch(stream: rr.RecordingStream, content: Content) -> None:
+def _pitch(stream: rr.RecordingStream, content: ExportedMatch) -> None:
     lines = [[(x, -y) for x, y in line] for line in outline(content.log.info.pitch)]
     width = 0.001 * content.log.info.pitch.length
     stream.log("pitch/lines", rr.LineStrips2D(lines, colors=COLOURS["chalk"], radii=width), static=True)
 
 
-def _bodies(stream: rr.RecordingStream, content: Content) -> None:
+def _bodies(stream: rr.RecordingStream, content: ExportedMatch) -> None:
     """Places and headings over time; a body that is away has no point meanwhile."""
     scales = SCALES[content.log.info.pitch.kind]
     radius = max(scales.robot_radius, 0.009 * content.log.info.pitch.length)
@@ -103,7 +103,7 @@ def _bodies(stream: rr.RecordingStream, content: Content) -> None:
             )
 
 
-def _situations(stream: rr.RecordingStream, content: Content) -> None:
+def _situations(stream: rr.RecordingStream, content: ExportedMatch) -> None:
     """Situations of each robot, as a lane of states; no state where it does nothing that has a name."""
     done = content.match.situations.with_columns(pl.col("team").cast(pl.String))
     by = done.sort("team", "robot", "start_ns")
@@ -120,7 +120,7 @@ def _situations(stream: rr.RecordingStream, content: Content) -> None:
             rr.StateChange.columns(state=pa.array([states[i] for i in order], type=pa.string())))
 
 
-def _referee(stream: rr.RecordingStream, content: Content) -> None:
+def _referee(stream: rr.RecordingStream, content: ExportedMatch) -> None:
     told = content.log.referee.sort("t_ns", maintain_order=True)
     if told.is_empty():
         return

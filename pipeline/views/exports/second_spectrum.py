@@ -18,7 +18,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.matches.frame import Period
 from pitchlore.pipeline.numbers.arrays import I64
-from pitchlore.pipeline.views.exports.content import BALL, Content
+from pitchlore.pipeline.views.exports.content import BALL, ExportedMatch
 from pitchlore.schemas import SIDES
 
 #: Numbers of the teams; a player's is its team's plus its number on the shirt.
@@ -27,7 +27,7 @@ _TEAMS = {"home": 100_000, "away": 200_000}
 _NAMES = str.maketrans({"-": "\u2011", ":": "\u2236"})
 
 
-def second_spectrum_files(content: Content) -> tuple[bytes, bytes]:
+def second_spectrum_files(content: ExportedMatch) -> tuple[bytes, bytes]:
     """Metadata (JSON) and samples (JSON, one a line, in order of time).
 
     A sample's number is that of the nearest sample on a regular grid of the whole sampling rate, as
@@ -67,7 +67,7 @@ def second_spectrum_files(content: Content) -> tuple[bytes, bytes]:
     return json.dumps(meta, indent=1).encode(), ("\n".join(lines) + "\n").encode()
 
 
-def _metadata(content: Content, periods: tuple[Period, ...], times: I64, fps: int) -> dict[str, Any]:
+def _metadata(content: ExportedMatch, periods: tuple[Period, ...], times: I64, fps: int) -> dict[str, Any]:
     info = content.log.info
     began = info.started_at or datetime(1970, 1, 1, tzinfo=UTC)
     home, away = content.score()
@@ -103,7 +103,7 @@ def _metadata(content: Content, periods: tuple[Period, ...], times: I64, fps: in
     }
 
 
-def _last_touch(content: Content, times: I64) -> list[str]:
+def _last_touch(content: ExportedMatch, times: I64) -> list[str]:
     """Team that had the ball last, at each time."""
     owned = content.match.possession.sort("start_ns")
     if owned.is_empty():
@@ -116,7 +116,7 @@ def _last_touch(content: Content, times: I64) -> list[str]:
     return [str(team) for team in teams[np.clip(at, 0, None)]]
 
 
-def _speeds(content: Content) -> dict[tuple[int, str, int | None], float]:
+def _speeds(content: ExportedMatch) -> dict[tuple[int, str, int | None], float]:
     """Speed of each body by time, team and number, m/s, where it can be estimated."""
     moving = content.match.trajectories.drop_nulls(["vx", "vy"]).select(
         "t_ns", pl.col("team").cast(pl.String), "robot",

@@ -9,11 +9,11 @@ import polars as pl
 
 from pitchlore.pipeline.events.restarts import kind_of
 from pitchlore.pipeline.trajectories.timeline import STOPPING
-from pitchlore.pipeline.views.exports.content import PLAY, STOP, Content
+from pitchlore.pipeline.views.exports.content import PLAY, STOP, ExportedMatch
 from pitchlore.schemas import SIDES
 
 
-def tracking_table(content: Content) -> pl.DataFrame:
+def tracking_table(content: ExportedMatch) -> pl.DataFrame:
     """A match as a tracking table, one row a body and sample.
 
     Returns:
@@ -37,7 +37,7 @@ def tracking_table(content: Content) -> pl.DataFrame:
     )
 
 
-def _states(content: Content) -> tuple[pl.Series, pl.DataFrame]:
+def _states(content: ExportedMatch) -> tuple[pl.Series, pl.DataFrame]:
     """State of the game at each sample in order of time, String [F], and the score, as in schema Referee."""
     times = content.times()
     told = content.log.referee.sort("t_ns", maintain_order=True)
@@ -64,12 +64,12 @@ def _word(event: str, note: str | None) -> str:
     return event if kind == "other" else kind.replace(" ", "-")
 
 
-def csv(content: Content) -> bytes:
+def csv(content: ExportedMatch) -> bytes:
     """The table as CSV; numbers are the shortest that read as the same float32."""
     return tracking_table(content).write_csv().encode()
 
 
-def parquet(content: Content) -> bytes:
+def parquet(content: ExportedMatch) -> bytes:
     """The table as Parquet."""
     out = io.BytesIO()
     tracking_table(content).write_parquet(out, statistics=False)

@@ -19,7 +19,7 @@ from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.paradigms.claims import PEAK
 from pitchlore.pipeline.paradigms.experiments import OTHER_GAMES, FigureNumber
 from pitchlore.pipeline.paradigms.readings import informative
-from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain, png
+from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain, plot_png
 
 #: Colour and marker of each learner, the same in all figures. IQ's family is blue. WoLF-PHC's is Okabe and
 #: Ito's yellow, darkened for white paper. The markers alone tell all learners apart.
@@ -123,7 +123,7 @@ def plots_of_points(points: pl.DataFrame, figure: FigureNumber) -> dict[str, byt
         plots[f"figure-5-{game.split()[0]}"] = plot_curves(drawn, 5, game=game)
     if points["study"].eq("sensitivity").any():
         plots["sensitivity"] = plot_sensitivity(informative(points))
-    return {name: png(plot) for name, plot in plots.items()}
+    return {name: plot_png(plot) for name, plot in plots.items()}
 
 
 def plot_curves(

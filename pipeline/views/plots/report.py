@@ -9,7 +9,7 @@ from pitchlore.pipeline.report.measures import DIFFERENCE, EFFECTIVE, OTHER, OTH
 from pitchlore.pipeline.report.summary import beside_table_3, mean_curves
 from pitchlore.pipeline.report.table3 import CHANGE
 from pitchlore.pipeline.views.plots import seasons as plots
-from pitchlore.pipeline.views.plots.style import png
+from pitchlore.pipeline.views.plots.style import plot_png
 
 #: Pooling of values that cannot be below 0 (a percentage: above 100): their bands end there.
 WITHIN: dict[str, Pooling] = {
@@ -41,4 +41,4 @@ def plots_of_seasons(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, byt
     if best.height:
         both = {"difference": DIFFERENCE, "other": OTHER_TIME}
         found["best"] = plots.progress(mean_curves(best, both, poolings=WITHIN), LEARNED)
-    return {name: png(figure) for name, figure in found.items()}
+    return {name: plot_png(figure) for name, figure in found.items()}

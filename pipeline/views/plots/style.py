@@ -23,7 +23,7 @@ def plain(axes: Axes, grid: Literal["x", "y"], *without: str) -> None:
         axes.spines[side].set_visible(False)
 
 
-def png(figure: Figure, dpi: int = 110) -> bytes:
+def plot_png(figure: Figure, dpi: int = 110) -> bytes:
     """PNG of a figure; equal figures give equal bytes."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 from markupsafe import Markup
 
-from pitchlore.pipeline.arena.teams.appraising import appraised, appraiser_of
+from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.scout.pictures import Mark, on_pitch
 from pitchlore.schemas import ROLES
@@ -40,7 +40,7 @@ def preferred(values: pl.DataFrame, appraisals: pl.DataFrame, sights: pl.DataFra
     """
     appraiser, names = appraiser_of(values, appraisals)
     sight = np.ascontiguousarray(sights["sight"].to_numpy(), dtype=np.float32)
-    worth, role = appraised(appraiser, sight), sights["role"].cast(pl.String).to_numpy()
+    worth, role = action_values_at(appraiser, sight), sights["role"].cast(pl.String).to_numpy()
     ball = [sight[:, list(SIGHT).index(name)] for name in ("ball_x", "ball_y")]
     parts = []
     for number, name in enumerate(ROLES):

@@ -36,7 +36,7 @@ def sentences(state: Mapping[str, str], role: str) -> list[str]:
     """A state in sentences: the ball, each robot that the key keeps something of, score and play.
 
     Args:
-        state: name of each element to its level (:func:`pipeline.state.words.named`).
+        state: name of each element to its level (:func:`pipeline.state.words.levels_in_words`).
         role: role of the robot that decides; it is named first.
     """
     ours = [role, *(other for other in ROLES if other != role)]

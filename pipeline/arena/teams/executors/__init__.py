@@ -19,9 +19,9 @@ from numba import njit
 
 from pitchlore.pipeline.arena.teams.ball import has_ball, touches_ball
 from pitchlore.pipeline.arena.teams.executors import actions
-from pitchlore.pipeline.arena.teams.executors.controllers import control
 from pitchlore.pipeline.arena.teams.executors.endings import is_over
-from pitchlore.pipeline.arena.teams.geometry import distance, offset, unit
+from pitchlore.pipeline.arena.teams.executors.motions import control
+from pitchlore.pipeline.arena.teams.geometry import distance, offset, unit_vector
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.arena.teams.steering import set_wheels
@@ -136,7 +136,7 @@ def _whom(view: F64, robot: int, thing: int, role: int, roles: I64) -> int:
     if thing == actions.TEAMMATE and role >= 0:
         wanted = (roles[robot - 1] + role) % 3
     bx, by = offset(view, robot, BALL)
-    ux, uy = unit(bx, by)
+    ux, uy = unit_vector(bx, by)
     best, best_rank, best_cost = -1, 3, np.inf
     for other in range(first, first + count):
         if other == robot:

@@ -10,7 +10,7 @@ import polars as pl
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import looks
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
-from pitchlore.pipeline.state.words import named
+from pitchlore.pipeline.state.words import levels_in_words
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, team_name
@@ -204,7 +204,7 @@ def _evidence(states: pl.DataFrame) -> dict[str, Any]:
 def _by_ball(rows: pl.DataFrame, pitch: Pitch) -> dict[str, Any] | None:
     """The share of visits to unsure states by the ball's zone; None without zones in the key, or visits."""
     names = [f"distance of ball to {goal} goal" for goal in ("own", "adversary's")]
-    said_of = [named(elements) for elements in rows["elements"].to_list()]
+    said_of = [levels_in_words(elements) for elements in rows["elements"].to_list()]
     if not said_of or any(name not in said_of[0] for name in names):
         return None
     zones = rows.with_columns(**{
@@ -235,7 +235,7 @@ def _state(
     return {
         **{name: row[name] for name in ("role", "key", "state", "visits", "verdict", "gap", "low", "high",
                                         "best_episodes", "second_episodes", "behaviours")},
-        **facts_of(named(row["elements"]), row["role"], pitch),
+        **facts_of(levels_in_words(row["elements"]), row["role"], pitch),
         "candidates": [{
             "words": of_behaviour(each["behaviour_id"]),
             "link": cards.get(each["behaviour_id"]),

@@ -1,7 +1,7 @@
 """Remember what a run has found done: a match whose receipts are as they were is not looked at again.
 
 To know that an output is done takes its receipt, those of its inputs, and a key over them: a millisecond a
-match. The memo takes the stamps of the receipts, 0.1 ms a match. It is a cache: without it, all is looked at.
+match. The cache takes the stamps of the receipts, 0.1 ms a match. Without it, all is looked at.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Done(Frozen):
     stamps: Mapping[str, Mapping[str, str]]
 
 
-class Memo:
-    """The matches for which all outputs of a leg are known to be done.
+class FreshnessCache:
+    """The matches for which all outputs of a stage group are known to be done.
 
     Damaged files are not noticed here, but by :func:`pipeline.engine.catalog.check_files`: while the store
     doubts any, nothing is known to be done. Nothing is in a bucket either, for another machine may write to
@@ -39,17 +39,17 @@ class Memo:
 
     Args:
         store: holds the outputs.
-        leg: stages of matches that follow each other.
+        stage_group: stages of matches that follow each other.
         settings: settings of all stages.
         scope: scope of the run.
     """
 
-    def __init__(self, store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope) -> None:
+    def __init__(self, store: Store, stage_group: Sequence[Stage], settings: Settings, scope: Scope) -> None:
         self._store = store
-        self._basis = None if store.doubted or store.mirror else _basis(store, leg, settings, scope)
+        self._basis = None if store.suspect or store.mirror else _basis(store, stage_group, settings, scope)
         self._held = _read(store) if self._basis else Done(stamps={})
         self._known = self._held.stamps.get(self._basis or "", {})
-        self._now = _stamps(store, leg) if self._basis else {}
+        self._now = _stamps(store, stage_group) if self._basis else {}
         self._found = dict[str, str]()
 
     def holds(self, output: Output) -> bool:
@@ -57,12 +57,12 @@ class Memo:
         return output.name in self._now and self._known.get(output.name) == self._now[output.name]
 
     def note(self, output: Output) -> None:
-        """Note that the outputs of a match are done, as this was found after the memo was made."""
+        """Note that the outputs of a match are done, as this was found after the cache was made."""
         if output.name in self._now:
             self._found[output.name] = self._now[output.name]
 
     def keep(self) -> None:
-        """Write what was noted, in place of what was known of this leg."""
+        """Write what was noted, in place of what was known of this stage group."""
         if self._basis is None or self._found == self._known:
             return
         others = {basis: found for basis, found in self._held.stamps.items()
@@ -70,7 +70,7 @@ class Memo:
         self._store.keep(_path(self._store), sealed(Done(stamps={**others, self._basis: self._found})))
 
 
-def forget(store: Store) -> None:
+def forget_freshness(store: Store) -> None:
     """Forget what is done: the next run looks at everything."""
     store.drop(_path(store))
 
@@ -85,35 +85,35 @@ def _read(store: Store) -> Done:
     return Done(stamps={})
 
 
-def _stamps(store: Store, leg: Sequence[Stage]) -> dict[str, str]:
-    """The stamps of all receipts of each match, those of a leg and of what it is made from."""
-    nouns = sorted({*(stage.noun for stage in leg), *_inputs(leg, Per.MATCH)})
+def _stamps(store: Store, stage_group: Sequence[Stage]) -> dict[str, str]:
+    """The stamps of all receipts of each match, those of a stage group and of what it is made from."""
+    nouns = sorted({*(stage.noun for stage in stage_group), *_inputs(stage_group, Per.MATCH)})
     by_noun = [store.stamps(noun) for noun in nouns]
     complete = set.intersection(*(set(found) for found in by_noun))
     return {name: digest(repr([found[name] for found in by_noun]).encode())[:16] for name in complete}
 
 
-def _inputs(leg: Sequence[Stage], per: Per) -> set[str]:
-    """The nouns of a unit that a leg is made from."""
-    return {noun for stage in leg for noun in stage.inputs if STAGES[noun].per is per}
+def _inputs(stage_group: Sequence[Stage], per: Per) -> set[str]:
+    """The nouns of a unit that a stage group is made from."""
+    return {noun for stage in stage_group for noun in stage.inputs if STAGES[noun].per is per}
 
 
-def _basis(store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope) -> str | None:
-    """All that the outputs of a leg depend on besides the receipts of their match, as ``leg SHA-256``.
+def _basis(store: Store, stage_group: Sequence[Stage], settings: Settings, scope: Scope) -> str | None:
+    """All that the outputs of a stage group depend on besides their match's receipts, as ``noun SHA-256``.
 
-    None if the leg is not of matches, or if something that it is made from is missing.
+    None if the stage group is not of matches, or if something that it is made from is missing.
     """
-    if leg[0].per is not Per.MATCH:
+    if stage_group[0].per is not Per.MATCH:
         return None
     parts: list[object] = [
         [stage.noun, stage.settings(settings).model_dump(mode="json"), stage.version,
-         [schema.tag() for schema in stage.schemas]] for stage in leg]
-    for noun in sorted(_inputs(leg, Per.GROUP)):
+         [schema.tag() for schema in stage.schemas]] for stage in stage_group]
+    for noun in sorted(_inputs(stage_group, Per.GROUP)):
         receipt = store.readable(noun, scope.name)
         if receipt is None:
             return None
         parts.append(receipt.digests())
-    return f"{leg[0].noun} {digest(canonical(parts))}"
+    return f"{stage_group[0].noun} {digest(canonical(parts))}"
 
 
 def _leg_of(basis: str) -> str:

@@ -12,7 +12,7 @@ from numba import njit
 from pitchlore.pipeline.arena.teams.ball import COS_FACING, coming, has_ball, push, soon, spin, touches_ball
 from pitchlore.pipeline.arena.teams.executors import actions
 from pitchlore.pipeline.arena.teams.executors.actions import GONE
-from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit
+from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit_vector
 from pitchlore.pipeline.arena.teams.goalkeeping import OFF_LINE, keep_line
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.steering import (
@@ -129,7 +129,7 @@ def _strike(
         set_wheels(0.0, 0.0, robot, m, wheels)
         return
     dx, dy = offset(view, robot, BALL)
-    ux, uy = unit(tx - view[BALL, X], ty - view[BALL, Y])
+    ux, uy = unit_vector(tx - view[BALL, X], ty - view[BALL, Y])
     behind = dx * ux + dy * uy > cos_behind * math.sqrt(dx * dx + dy * dy)
     if not own["had_ball"] or not behind:
         _go_behind(view, robot, tx, ty, cos_behind, m, wheels)
@@ -158,7 +158,7 @@ def _go_behind(
     x, y = view[robot, X], view[robot, Y]
     bx, by = soon(view, robot, m)
     dx, dy = bx - x, by - y
-    ux, uy = unit(tx - bx, ty - by)
+    ux, uy = unit_vector(tx - bx, ty - by)
     if dx * ux + dy * uy >= cos_behind * math.sqrt(dx * dx + dy * dy):
         steer(view, robot, dx, dy, m.top, FRONT, m, wheels)
         return
@@ -200,7 +200,7 @@ def _block(view: F64, robot: int, m: Measures, wheels: F64) -> None:
         steer(view, robot, dx, dy, m.top, BACK, m, wheels)
     else:
         # its way to the own goal
-        ux, uy = unit(-m.goal_x - view[BALL, X], -view[BALL, Y])
+        ux, uy = unit_vector(-m.goal_x - view[BALL, X], -view[BALL, Y])
         aside = dx * uy - dy * ux
         x, y = view[robot, X] + aside * uy, view[robot, Y] - aside * ux
         drive_to(view, robot, x, y, m.top, EITHER, m, wheels)

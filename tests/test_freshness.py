@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from support.idle import nothing_new
 
-from pitchlore.pipeline.engine import memo
+from pitchlore.pipeline.engine import freshness
 from pitchlore.pipeline.engine.catalog import distrust
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import GramSettings, Settings
@@ -105,13 +105,13 @@ def test_other_settings(data, looked_at):
 
 @pytest.mark.parametrize("spoil", [
     distrust,
-    memo.forget,
+    freshness.forget_freshness,
     lambda store: (store.root / ".done.json").write_text("{"),
     lambda store: (store.root / ".done.json").write_bytes(
         (store.root / ".done.json").read_bytes().replace(b'"sides ', b'"sidez ')),
 ], ids=["verify found damage", "forgotten", "no JSON", "edited"])
 def test_forgotten(data, looked_at, spoil):
-    """Without a memo that is whole, everything is looked at."""
+    """Without a cache that is whole, everything is looked at."""
     spoil(Store(data))
     assert nothing_new(Store(data), Settings()) is not None
     assert {name for _, name in looked_at} == set(matches(data))
