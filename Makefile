@@ -102,6 +102,8 @@ chain: $(READY)
 	PYTHONPATH=tests $(BIN)/python -m support.chain .chain-$(notdir $(PYTHON)).txt
 
 # Neither takes the lock: each has an environment of its own. Versions of others may warn of what they will drop.
+# The report's golden is left out: names of its games depend on the bytes of Parquet files, which versions write
+# differently.
 oldest: RESOLUTION := lowest-direct
 oldest: $(READY)  ## goldens, systems and flows with the lowest versions that pyproject.toml allows (six minutes)
 	$(call tried,oldest)
@@ -115,6 +117,7 @@ define tried
 	$(BIN)/uv pip install --python $(VENV)-$(1)/bin/python --resolution $(RESOLUTION) --editable .
 	$(BIN)/uv pip install --quiet --python $(VENV)-$(1)/bin/python hypothesis pytest pytest-benchmark pytest-xdist
 	NUMBA_CACHE_DIR=$(CURDIR)/$(VENV)-$(1)/numba $(VENV)-$(1)/bin/python -m pytest -W default \
+	  --deselect 'tests/test_golden.py::test_golden[report/two-games.txt]' \
 	  tests/test_golden.py tests/test_system.py tests/test_flows.py
 endef
 
