@@ -33,7 +33,7 @@ def report(data: Path, on: str | None = None) -> Reported:
         NotFound: if no season has been played.
         CorruptFile: if a file of a policy is gone or its bytes have changed.
     """
-    with placed(on, data) as crew:
-        page = crew.alone().run(write_report, Store(crew.path(data))).page
+    with placed(on, data) as executors:
+        page = executors.alone().run(write_report, Store(executors.path(data))).page
     runner.get().show(lambda: f"[The report]({page})", key="report", description="where the report is")
     return Reported(page=page)

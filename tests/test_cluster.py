@@ -32,7 +32,7 @@ from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.matches import Recording
 from pitchlore.pipeline.engine.placement import cluster
 from pitchlore.pipeline.engine.placement.identity import identity
-from pitchlore.pipeline.engine.placement.places import crew_at, place_of
+from pitchlore.pipeline.engine.placement.places import executors_at, place_of
 from pitchlore.pipeline.engine.record import record_match
 from pitchlore.pipeline.engine.run import import_recordings
 from pitchlore.pipeline.engine.season import play_seasons
@@ -82,8 +82,8 @@ class Cluster:
             for pid in (*self.pids(name), self.processes[name].pid):
                 os.kill(pid, signal.SIGKILL)
             self.processes.pop(name).wait()
-            with crew_at(self.on, self.root / "data") as crew:
-                eventually(lambda: crew.width == 2)
+            with executors_at(self.on, self.root / "data") as executors:
+                eventually(lambda: executors.width == 2)
 
     def begin(self, name: str, program: str, *words: str, **environment: str) -> None:
         home = self.root / name
@@ -118,8 +118,8 @@ class Cluster:
 def started(root: Path, *names: str, **environment: str) -> Iterator[Cluster]:
     own = Cluster(root, names, **environment)
     try:
-        with crew_at(own.on, root / "data") as crew:
-            eventually(lambda: crew.width == len(names))
+        with executors_at(own.on, root / "data") as executors:
+            eventually(lambda: executors.width == len(names))
         yield own
     finally:
         own.stop()
@@ -174,12 +174,12 @@ def everything(data: Path, on: str) -> None:
 
 def played(data: Path, on: str) -> None:
     """An evaluation and two matches."""
-    with crew_at(on, Store(data).root) as crew:
+    with executors_at(on, Store(data).root) as executors:
         pairs = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=4.0))
-        evaluate(Store(data), pairs, range(2), {}, crew)
+        evaluate(Store(data), pairs, range(2), {}, executors)
         recipes = [Recipe(home=STATIC, away=STATIC, referee=RefereeSettings(duration_s=4.0), seed=seed) for seed in (1, 2)]
-        list(spread(crew, record_match, ((recipe.match_id, {"data": crew.path(Store(data).root), "recipe": recipe, "policies": {}})
-                                         for recipe in recipes), 2))
+        list(spread(executors, record_match, ((recipe.match_id, {"data": executors.path(Store(data).root), "recipe": recipe, "policies": {}})
+                                              for recipe in recipes), 2))
 
 
 def scripted(kind: str) -> Entrant:
@@ -282,14 +282,14 @@ def test_killed_scheduler(workers, alone, tmp_path):
 
 def test_local_cluster(tmp_path):
     """A cluster of processes for one command. Work that kills all who try it is given up; other work is done."""
-    with cluster.dask.config.set({"distributed.scheduler.allowed-failures": 1}), crew_at("dask:local:2", tmp_path) as crew:
-        assert crew.width == 2
-        assert crew.run(os.getpid) != os.getpid()
+    with cluster.dask.config.set({"distributed.scheduler.allowed-failures": 1}), executors_at("dask:local:2", tmp_path) as executors:
+        assert executors.width == 2
+        assert executors.run(os.getpid) != os.getpid()
         with pytest.raises(StorageFailed) as refused:
-            crew.run(refuse)
+            executors.run(refuse)
         with pytest.raises(WorkerLost, match="2 workers that did this were killed"):
-            crew.run(die)
-        assert crew.run(int, "7") == 7
+            executors.run(die)
+        assert executors.run(int, "7") == 7
     assert str(refused.value) == "m.parquet: cannot be written. Free space."
 
 
@@ -301,8 +301,8 @@ def test_other_code(workers, call, tmp_path):
     with (copy / "pipeline" / "game" / "pitch.py").open("a") as file:
         file.write("# other code\n")
     data = league(tmp_path, 1) / "league"
-    with crew_at(workers.on, tmp_path / "data") as crew, workers.joined("other", PYTHONPATH=str(copy)):
-        eventually(lambda: crew.width == 3)
+    with executors_at(workers.on, tmp_path / "data") as executors, workers.joined("other", PYTHONPATH=str(copy)):
+        eventually(lambda: executors.width == 3)
         code, out, err = call("run", "--on", workers.on, "--data", data)
     assert (code, out) == (1, "")
     assert "has other code (pitchlore 0.1.0+" in err.splitlines()[-1]

@@ -169,8 +169,8 @@ def test_processes(tmp_path):
     """The matches played do not depend on the number of processes."""
     alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {})
     assert made == 2
-    with Processes(2) as crew:
-        together, made = flow.evaluate(Store(tmp_path / "b"), short(), range(2), {}, crew)
+    with Processes(2) as executors:
+        together, made = flow.evaluate(Store(tmp_path / "b"), short(), range(2), {}, executors)
     assert made == 2
     assert together.equals(alone)
     assert alone["seed"].to_list() == [0, 0, 1, 1]
@@ -205,8 +205,8 @@ def test_killed_process(tmp_path, monkeypatch):
     store = Store(tmp_path)
     flow.evaluate(store, short(), [0], {})
     monkeypatch.setattr(flow, "play_pair", die_of_a_pair)
-    with Processes(2) as crew, pytest.raises(WorkerLost, match="killed") as said:
-        flow.evaluate(store, short(), range(3), {}, crew)
+    with Processes(2) as executors, pytest.raises(WorkerLost, match="killed") as said:
+        flow.evaluate(store, short(), range(3), {}, executors)
     assert "\n" not in str(said.value)
     assert [receipt.name for receipt in store.receipts("evaluations")] == [Pair(evaluation=short(), seed=0).name]
 

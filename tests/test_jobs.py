@@ -11,7 +11,7 @@ from pitchlore.pipeline.base.errors import NotFound, StorageFailed
 from pitchlore.pipeline.engine.costs import Spent
 from pitchlore.pipeline.engine.making import Outcome
 from pitchlore.pipeline.engine.placement import pieces as parts
-from pitchlore.pipeline.engine.placement.crew import Here, crew
+from pitchlore.pipeline.engine.placement.executors import Here, executors
 from pitchlore.pipeline.engine.placement.pieces import Failure, Part, TryAgain, parted
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.placement.processes import Processes
@@ -92,7 +92,7 @@ def test_what_an_earlier_try_made():
 
 
 def test_all_at_once(done):
-    """As many pieces are done at once as the crew can do."""
+    """As many pieces are done at once as the executors can do."""
     met = threading.Barrier(3, timeout=60)
 
     def work(number: int) -> None:
@@ -124,6 +124,6 @@ def test_lost_worker():
     assert lost.line.startswith("a process that worked for this command was killed")
 
 
-def test_default_crew():
+def test_default_executors():
     """Outside of a run pieces are done here."""
-    assert isinstance(crew.get(), Here)
+    assert isinstance(executors.get(), Here)

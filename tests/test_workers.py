@@ -83,7 +83,7 @@ def test_killed_process(tmp_path):
 def test_processes_share_the_cores(monkeypatch):
     monkeypatch.setenv("POLARS_MAX_THREADS", "9")  # so that what it is set to is undone
     monkeypatch.delenv("POLARS_MAX_THREADS")
-    monkeypatch.setattr("pitchlore.pipeline.engine.placement.crew.cores", lambda: 6)
+    monkeypatch.setattr("pitchlore.pipeline.engine.placement.executors.cores", lambda: 6)
     with Processes(3) as workers:
         assert workers.run(threads_of_polars) == 2
 

@@ -15,7 +15,7 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError
 from pitchlore.pipeline.engine.catalog import renew
-from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.engine.placement.places import executors_at
 from pitchlore.pipeline.engine.record import record_match, unplayed
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.importers.packets.streams import Stream
@@ -75,12 +75,13 @@ def record_matches(
                for number in range(seed, seed + matches))
     played: dict[int, dict[str, object]] = {}  # by seed: matches of several workers end in any order
     failure = None
-    with crew_at(on, store.root) as crew, bars() as progress:
+    with executors_at(on, store.root) as executors, bars() as progress:
         progress.begin("matches", matches)
-        pieces = ((recipe.match_id, {"data": crew.path(store.root), "recipe": recipe, "policies": policies})
+        data = executors.path(store.root)
+        pieces = ((recipe.match_id, {"data": data, "recipe": recipe, "policies": policies})
                   for recipe in recipes)
         try:
-            for name, (receipt, new) in spread(crew, record_match, pieces, matches):
+            for name, (receipt, new) in spread(executors, record_match, pieces, matches):
                 row = store.read_table(receipt, "matches", Matches)
                 played[receipt.settings["seed"]] = {
                     **row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")

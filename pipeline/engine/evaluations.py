@@ -1,4 +1,4 @@
-"""Evaluations: missing pairs of matches are played, by a crew."""
+"""Evaluations: missing pairs of matches are played, by executors."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.engine.placement.crew import Crew, Here
+from pitchlore.pipeline.engine.placement.executors import Executors, Here
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import listener
 from pitchlore.pipeline.engine.stages import STAGES
@@ -27,18 +27,18 @@ HERE = Here(1)
 
 def evaluate(
     store: Store, evaluation: Evaluation, seeds: Sequence[int], policies: Mapping[str, PolicyTables],
-    crew: Crew = HERE,
+    executors: Executors = HERE,
 ) -> tuple[pl.DataFrame, int]:
     """Results of all pairs of an evaluation; missing pairs are played, and each is stored when it ends.
 
-    The results do not depend on the crew.
+    The results do not depend on the executors.
 
     Args:
         store: store of the results.
         evaluation: settings of the evaluation.
         seeds: seeds of the pairs, each once.
         policies: by the label in the teams' settings.
-        crew: executors of the matches.
+        executors: executors of the matches.
 
     Returns:
         Rows of schema Evaluations of all pairs, and the number of pairs played now.
@@ -50,9 +50,9 @@ def evaluate(
     there = {seed: rows for seed, pair in pairs.items() if (rows := stored(store, pair)) is not None}
     todo = [pair for seed, pair in pairs.items() if seed not in there]
     listener.get().begin(NOUN, len(todo))
-    data = crew.path(store.root)
+    data = executors.path(store.root)
     pieces = ((pair.name, {"data": data, "pair": pair, "policies": policies}) for pair in todo)
-    for name, rows in spread(crew, play_pair, pieces, len(todo), task="pair"):
+    for name, rows in spread(executors, play_pair, pieces, len(todo), task="pair"):
         there[rows["seed"][0]] = rows
         listener.get().advance(NOUN, name)
     return pl.concat([there[seed] for seed in pairs]), len(todo)
@@ -89,8 +89,8 @@ def measure(
     for word in teams:
         entrant(store, word, policies)
     seeds = range(seed, seed + pairs)
-    with placed(on, store.root) as crew:
-        found = [evaluate(store, evaluation, seeds, policies, crew)[1] for evaluation in evaluations]
+    with placed(on, store.root) as executors:
+        found = [evaluate(store, evaluation, seeds, policies, executors)[1] for evaluation in evaluations]
     runner.get().show(
         lambda: "\n".join(f"- {one.team.name} against {one.opponent.name}: {new} of {pairs} pairs played now"
                           for one, new in zip(evaluations, found, strict=True)),

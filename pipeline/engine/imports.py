@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.matches import (
     take_in,
     useless,
 )
-from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.settings import ImportSettings
@@ -51,7 +51,7 @@ def import_all(
                  for file in useless(store)]
         recordings, others = inbox(store), strangers(store)
     arrivals, work, kept = Arrivals(store), {}, 0
-    path, root = crew.get().path, crew.get().path(store.root)
+    path, root = executors.get().path, executors.get().path(store.root)
     for recording in recordings:
         content = arrivals.content(recording.files())
         there = None if content is None else standing(store, recording, content)

@@ -7,7 +7,7 @@ import polars as pl
 from pydantic import BaseModel
 
 from pitchlore.pipeline.engine.outputs import digests, need, refusing, table_of
-from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tasks import run_pieces
@@ -104,7 +104,7 @@ def make_report(data: Path, report: FigureReport, draw: DrawPoints) -> None:
 
 def bring_curves_up_to_date(store: Store, design: Design, draw: DrawPoints) -> StageReport:
     """Play the missing curves of a design, then report on its figures."""
-    every, data = sweeps(design), crew.get().path(store.root)
+    every, data = sweeps(design), executors.get().path(store.root)
     todo = [sweep for sweep in every if store.holding(sweep_work(sweep)) is None]
     played = run_pieces(make_sweep, NOUN, {
         sweep.name: {"data": data, "sweep": sweep} for sweep in todo}, at_once=1)

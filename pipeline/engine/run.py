@@ -1,6 +1,6 @@
 """Pieces of work on a data folder: import, run, make one stage, train. Each is noted in the folder's log.
 
-Commands call them; ``flows/`` hands the same functions to Prefect. They run in this process, whose crew
+Commands call them; ``flows/`` hands the same functions to Prefect. They run in this process, whose executors
 (:mod:`pipeline.engine.placement`) and runner (:mod:`pipeline.engine.tasks`) say where and how.
 """
 
@@ -23,7 +23,7 @@ from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.lacking import lacking
 from pitchlore.pipeline.engine.making import Outcome, make
 from pitchlore.pipeline.engine.matches import Recording
-from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.placement.pieces import Failure
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import RunReport, StageReport, listener
@@ -175,7 +175,7 @@ def perform(
     for noun in counts:
         listener.get().begin(noun, counts[noun])
     outputs = {output.name: output for output in todo}
-    path = crew.get().path
+    path = executors.get().path
     root, suspect = path(store.root), frozenset(map(path, store.suspect))
     for name, result in carried_out(_leg(counts), make, {
         name: {"data": root, "nouns": nouns[output], "output": output, "settings": settings,

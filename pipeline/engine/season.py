@@ -22,7 +22,7 @@ from pitchlore.pipeline.store import Store
 def play_seasons(
     data: Path, seasons: list[Season], discard: bool = False, on: str | None = None
 ) -> StageReport:
-    """Play the remaining games of some seasons, as many at once as the crew can.
+    """Play the remaining games of some seasons, as many at once as the executors can.
 
     The games of a season follow each other. The season with most games left is next, so that all workers
     have work to the end. A season that fails stops at that game; the others continue.
@@ -42,8 +42,8 @@ def play_seasons(
     store = suspecting(data)
     report = StageReport(noun=NOUN)
     waiting = list(_begin(store, seasons, report))
-    with placed(on, store.root) as crew:
-        workers = crew if len(waiting) > 1 else crew.alone()
+    with placed(on, store.root) as executors:
+        workers = executors if len(waiting) > 1 else executors.alone()
         root = workers.path(store.root)
         with runner.get().pool(workers.width) as pool:
             while waiting or len(pool):

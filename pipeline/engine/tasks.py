@@ -16,7 +16,7 @@ from typing import Any, ParamSpec, Protocol, TypeVar
 
 from pitchlore.pipeline.base.errors import in_one_line
 from pitchlore.pipeline.engine.costs import Costed, costed
-from pitchlore.pipeline.engine.placement.crew import Crew, crew
+from pitchlore.pipeline.engine.placement.executors import Executors, executors
 from pitchlore.pipeline.engine.placement.pieces import Failure, Part, Pieces, parted
 from pitchlore.pipeline.engine.progress import StageReport, listener
 
@@ -133,7 +133,7 @@ def patiently(work: Callable[P, R], *given: P.args, **named: P.kwargs) -> R:
 def carried_out(
     name: str, function: Callable[..., Any], pieces: Pieces, at_once: int = AT_ONCE
 ) -> Iterator[tuple[str, Any]]:
-    """Do pieces of work, some in each task; the crew is that of the run.
+    """Do pieces of work, some in each task; the executors are those of the run.
 
     Args:
         name: name of the tasks.
@@ -148,7 +148,7 @@ def carried_out(
     Raises:
         PitchloreError: by which all others would fail, too: the cluster or the bucket cannot be used.
     """
-    workers = crew.get()
+    workers = executors.get()
     parts = list(parted(pieces, at_once, workers.width))
     if len(parts) == 1:
         workers = workers.alone()
@@ -203,10 +203,11 @@ def run_pieces(
 
 
 def spread(
-    workers: Crew, function: Callable[..., R], pieces: Iterable[tuple[str, Mapping[str, Any]]], count: int, *,
+    workers: Executors, function: Callable[..., R], pieces: Iterable[tuple[str, Mapping[str, Any]]],
+    count: int, *,
     task: str = "piece",
 ) -> Iterator[tuple[str, R]]:
-    """Do pieces of work, a task each, as many at once as the crew can.
+    """Do pieces of work, a task each, as many at once as the executors can.
 
     Args:
         workers: executors of the tasks.

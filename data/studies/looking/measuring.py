@@ -17,7 +17,7 @@ from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.games import next_of, take_game
-from pitchlore.pipeline.engine.placement.crew import Crew
+from pitchlore.pipeline.engine.placement.executors import Executors
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation, Pair, results_of_pair
 from pitchlore.pipeline.seasons.settings import Season
@@ -48,7 +48,7 @@ def season_dealt(data: Path, name: str, seed: int) -> None:
         turn = turn.following()
 
 
-def measured(store: Store, word: str, arm: Arm, opponent: str, crew: Crew) -> pl.DataFrame:
+def measured(store: Store, word: str, arm: Arm, opponent: str, executors: Executors) -> pl.DataFrame:
     """Goal differences of a team in an arm, a row a pair of matches: seed, difference."""
     policies: dict[str, PolicyTables] = {}
     team = entrant(store, word, policies, predict_s=arm.predict_s)
@@ -57,7 +57,7 @@ def measured(store: Store, word: str, arm: Arm, opponent: str, crew: Crew) -> pl
     if arm.blind:
         said = f"blind {arm.late_s} {how.id} {arena.VERSION}"
         return kept(store.root / "looking", said, arm.seeds, partial(played_blind, how, policies, arm.late_s))
-    return of_pairs(evaluate(store, how, arm.seeds, policies, crew)[0])
+    return of_pairs(evaluate(store, how, arm.seeds, policies, executors)[0])
 
 
 def played_blind(

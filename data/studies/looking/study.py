@@ -45,17 +45,17 @@ from looking.learners import ARMS, CONSTANT, CONTROLS, STATIC, Learner, learners
 from looking.measuring import measured, seasons
 from looking.rows import replaced, row, together
 
-from pitchlore.pipeline.engine.placement.crew import Crew
-from pitchlore.pipeline.engine.placement.places import crew_at
+from pitchlore.pipeline.engine.placement.executors import Executors
+from pitchlore.pipeline.engine.placement.places import executors_at
 from pitchlore.pipeline.store import Store
 
 
-def played(store: Store, learner: Learner, crew: Crew) -> dict[str, pl.DataFrame]:
+def played(store: Store, learner: Learner, executors: Executors) -> dict[str, pl.DataFrame]:
     """The tables of a learner by name; what is missing is played."""
     results = pl.DataFrame([
-        row(word, arm.name, opponent, measured(store, word, arm, opponent, crew))
+        row(word, arm.name, opponent, measured(store, word, arm, opponent, executors))
         for arm in ARMS[learner.season] for word in arm.words for opponent in arm.opponents])
-    controls = {(word, arm.name, opponent): measured(store, word, arm, opponent, crew)
+    controls = {(word, arm.name, opponent): measured(store, word, arm, opponent, executors)
                 for word, arm in CONTROLS[learner.season] for opponent in arm.opponents}
     decided = pl.DataFrame([described(store, word) for word in learner.panel.words])
     reached = aims(results, learner, controls[CONSTANT, learner.panel.name, STATIC], decided)
@@ -72,8 +72,8 @@ def main(out: Path, data: Path, chosen: Sequence[str] = ()) -> None:
     learners = learners_of(chosen, ARMS)
     seasons([arm for learner in learners for arm in ARMS[learner.season]], data)
     store = Store(data)
-    with crew_at(None, store.root) as crew:
-        tables = {learner.season: played(store, learner, crew) for learner in learners}
+    with executors_at(None, store.root) as executors:
+        tables = {learner.season: played(store, learner, executors) for learner in learners}
     for name, digits in (("results", 2), ("controls", 2), ("aims", 2), ("decisions", 3)):
         replaced(out / f"{name}.csv", {season: own[name] for season, own in tables.items()}, digits)
     together(pl.read_csv(out / "results.csv")).write_csv(out / "together.csv", float_precision=2)

@@ -23,7 +23,7 @@ from distributed.scheduler import KilledWorker
 
 from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
 from pitchlore.pipeline.base.system import locked
-from pitchlore.pipeline.engine.placement.crew import Crew, polars_threads
+from pitchlore.pipeline.engine.placement.executors import Executors, polars_threads
 from pitchlore.pipeline.engine.placement.identity import first_difference, identity
 from pitchlore.pipeline.store.buckets import Bucket
 from pitchlore.pipeline.store.mirrors import Mirror, ObjectChange, located, mirror_of
@@ -73,7 +73,7 @@ class Cluster:
         except Exception as error:
             raise self._ended() from error
 
-    def alone(self) -> Crew:
+    def alone(self) -> Executors:
         """The same."""
         return self
 
@@ -89,7 +89,7 @@ class Cluster:
         return Path(self._mirror.where(local))
 
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
-        """Do a piece of work on one of the workers (:meth:`pipeline.engine.placement.crew.Crew.run`).
+        """Do a task on one of the workers (:meth:`pipeline.engine.placement.executors.Executors.run`).
 
         Raises:
             ClusterFailed: if the scheduler ends, or if the worker has other code than this process.

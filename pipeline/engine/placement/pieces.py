@@ -1,4 +1,4 @@
-"""Pieces of work that are given to a crew together: a failed piece stops no other."""
+"""Pieces of work that are given to executors together: a failed piece stops no other."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pitchlore.pipeline.base.errors import WorkerLost, in_one_line
-from pitchlore.pipeline.engine.placement.crew import Crew
+from pitchlore.pipeline.engine.placement.executors import Executors
 
 #: Named arguments of each piece of work, by its label.
 Pieces = Mapping[str, Mapping[str, Any]]
@@ -37,7 +37,7 @@ class Part:
     """Pieces of work that one worker does, one after the other. What is done is not done again.
 
     Args:
-        crew: executors of the task.
+        executors: executors of the task.
         function: a module's; does a piece. Its result may have ``transient`` as :class:`Failure`, and a
             method ``after`` that makes it one with the result of an earlier try.
         pieces: its named arguments, by label.
@@ -47,8 +47,8 @@ class Part:
         results: results of the function by label, in place of some a :class:`Failure`.
     """
 
-    def __init__(self, crew: Crew, function: Callable[..., Any], pieces: Pieces) -> None:
-        self._crew, self._function, self.pieces = crew, function, pieces
+    def __init__(self, executors: Executors, function: Callable[..., Any], pieces: Pieces) -> None:
+        self._executors, self._function, self.pieces = executors, function, pieces
         self.results: dict[str, Any] = {}
 
     def do(self) -> None:
@@ -71,7 +71,7 @@ class Part:
     def _done(self, todo: Pieces) -> dict[str, Any]:
         """Results of some pieces. If their worker is lost, each is done by itself, and only one is lost."""
         try:
-            return self._crew.run(each, self._function, todo)
+            return self._executors.run(each, self._function, todo)
         except WorkerLost as error:
             if len(todo) == 1:
                 return dict.fromkeys(todo, Failure(str(error)))
@@ -99,7 +99,7 @@ def each(function: Callable[..., Any], pieces: Pieces) -> dict[str, Any]:
 
 
 def parted(pieces: Pieces, at_once: int, width: int) -> Iterator[Pieces]:
-    """Pieces of work in parts of at most ``at_once``, for a crew of some width."""
+    """Pieces of work in parts of at most ``at_once``, for executors of some width."""
     labels = list(pieces)
     size = max(1, min(at_once, len(labels) // (_PARTS_EACH * width)))
     for begin in range(0, len(labels), size):

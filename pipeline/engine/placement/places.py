@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.system import cores
-from pitchlore.pipeline.engine.placement.crew import Crew, Here, crew
+from pitchlore.pipeline.engine.placement.executors import Executors, Here, executors
 from pitchlore.pipeline.engine.placement.processes import Processes
 from pitchlore.pipeline.settings import PLACE
 
@@ -54,8 +54,8 @@ def place_of(word: str | None) -> Place:
 
 
 @contextmanager
-def crew_at(word: str | None, root: Path) -> Iterator[Crew]:
-    """The crew of a place, while the body runs.
+def executors_at(word: str | None, root: Path) -> Iterator[Executors]:
+    """The executors of a place, while the body runs.
 
     Args:
         word: as for :func:`place_of`.
@@ -79,11 +79,11 @@ def crew_at(word: str | None, root: Path) -> Iterator[Crew]:
 
 
 @contextmanager
-def placed(word: str | None, root: Path) -> Iterator[Crew]:
-    """The crew of a place (:func:`crew_at`) as that of the running flow, while the body runs."""
-    with crew_at(word, root) as own:
-        token = crew.set(own)
+def placed(word: str | None, root: Path) -> Iterator[Executors]:
+    """The executors of a place (:func:`executors_at`) as those of the running flow, while the body runs."""
+    with executors_at(word, root) as own:
+        token = executors.set(own)
         try:
             yield own
         finally:
-            crew.reset(token)
+            executors.reset(token)

@@ -15,7 +15,7 @@ from typing import ParamSpec, Self, TypeVar
 
 from pitchlore.pipeline.base.errors import WorkerLost
 from pitchlore.pipeline.engine.child import belong
-from pitchlore.pipeline.engine.placement.crew import Crew, Here, polars_threads
+from pitchlore.pipeline.engine.placement.executors import Executors, Here, polars_threads
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -54,7 +54,7 @@ class Processes:
             if process is not None:
                 process.shutdown(wait=False, cancel_futures=True)
 
-    def alone(self) -> Crew:
+    def alone(self) -> Executors:
         """Here: to start another process takes a second, and no other work is lost with this one."""
         return Here(1)
 
@@ -63,7 +63,7 @@ class Processes:
         return path
 
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
-        """Do a piece of work on a free process (:meth:`pipeline.engine.placement.crew.Crew.run`)."""
+        """Do a task on a free process (:meth:`pipeline.engine.placement.executors.Executors.run`)."""
         process = self._free.get()
         try:
             if process is None:

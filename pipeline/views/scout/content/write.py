@@ -11,7 +11,7 @@ import polars as pl
 from markupsafe import Markup
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
-from pitchlore.pipeline.engine.placement.crew import crew
+from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
@@ -163,10 +163,10 @@ def _matches(
             lines[match.name] = line
         if line is None or pages:
             todo.append(MatchTodo(match, pages, line is None))
-    data = crew.get().path(store.root)
+    data = executors.get().path(store.root)
     pieces = [(f"matches {begin}", {"data": data, "todo": todo[begin:begin + _AT_ONCE], "around": around})
               for begin in range(0, len(todo), _AT_ONCE)]
-    for _, made in spread(crew.get(), of_matches, pieces, len(pieces)):
+    for _, made in spread(executors.get(), of_matches, pieces, len(pieces)):
         for match_id, done in made.items():
             for name, content in done.pages.items():
                 folder.write(name, keys[match_id][name], content)
@@ -180,14 +180,14 @@ def _teams(
     around: dict[str, Any],
 ) -> None:
     """Write the pages of the teams."""
-    data, pieces, matches = crew.get().path(store.root), [], 0
+    data, pieces, matches = executors.get().path(store.root), [], 0
     for team in sorted(teams, key=lambda it: -len(it.matches)):  # the longest work first
         pages = folder.missing({f"{kind}/{team.team.slug}.html": keys[team.team]
                                 for kind in ("teams", "behaviours", "maps", "against")})
         if pages:
             pieces.append((team.team.slug, {"data": data, "team": team, "pages": pages, "around": around}))
             matches += min(len(team.matches), FROM)
-    workers = crew.get() if matches > _AT_ONCE else crew.get().alone()
+    workers = executors.get() if matches > _AT_ONCE else executors.get().alone()
     key_of = {team.slug: key for team, key in keys.items()}
     for slug, made in spread(workers, pages_of_team, pieces, len(pieces)):
         for name, content in made.items():

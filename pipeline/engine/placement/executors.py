@@ -13,14 +13,14 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-class Crew(Protocol):
+class Executors(Protocol):
     """Executors of tasks; several threads may hand them tasks at once."""
 
     @property
     def width(self) -> int:
         """Number of pieces that are done at once; more of them wait."""
 
-    def alone(self) -> Crew:
+    def alone(self) -> Executors:
         """Executors of the tasks of a run that has only one."""
 
     def path(self, path: Path) -> Path:
@@ -50,7 +50,7 @@ class Here:
     def __init__(self, width: int) -> None:
         self.width = width
 
-    def alone(self) -> Crew:
+    def alone(self) -> Executors:
         """The same."""
         return self
 
@@ -68,5 +68,5 @@ def polars_threads(processes: int) -> str:
     return str(max(1, cores() // processes))
 
 
-#: The crew of the flow that runs.
-crew: ContextVar[Crew] = ContextVar("crew", default=Here(cores()))  # noqa: B039 (nobody changes it)
+#: The executors of the flow that runs.
+executors: ContextVar[Executors] = ContextVar("executors", default=Here(cores()))  # noqa: B039 (nobody changes it)
