@@ -282,6 +282,7 @@ def test_through_the_stages(store, tmp_path):
     assert known
 
 
+@pytest.mark.slow
 def test_on_the_pages(store, tmp_path):
     """A match's page has the sum a side and each shot's xG, and says what it rests on; else why there is none."""
     write_pages(store, tmp_path)

@@ -183,6 +183,7 @@ def test_nobody_had_the_ball() -> None:
         second_spectrum.second_spectrum_files(ExportedMatch(handmade(log=content().log)))
 
 
+@pytest.mark.slow
 def test_foxglove() -> None:
     """The MCAP has Foxglove's schemas; bodies move as recorded, situations begin and end, the pitch is drawn."""
     data = foxglove.recording(content())

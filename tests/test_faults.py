@@ -37,6 +37,8 @@ from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings
 from pitchlore.pipeline.store import Store, locks
 
+pytestmark = pytest.mark.slow
+
 #: A command has to have ended by then, seconds; here it shares the machine with other tests.
 SOON_S = 60.0
 
@@ -118,7 +120,6 @@ def test_closed_streams(tmp_path, closed):
     assert [found[number] for number in closed] == ["True"] * len(closed)
 
 
-@pytest.mark.slow
 def test_working_directory(tmp_path, derby, monkeypatch):
     """Modules of the folder in which a command is called are not loaded; of one that ends well no process is left."""
     for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline", "pitchlore"):
@@ -255,7 +256,6 @@ def test_locked_database(tmp_path):
     assert trouble(file) is None
 
 
-@pytest.mark.slow
 def test_prefect_of_others(tmp_path, derby, monkeypatch):
     """A home of Prefect's that another version has migrated, or that is no folder, stops no command."""
     home = tmp_path / "home"
@@ -311,7 +311,6 @@ def meanwhile(recording: Path, does: str, seconds: float, then: str = "", within
     return lines(err)[-1], server
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("number", "within_s"), [("SIGKILL", 15), ("SIGSTOP", 15 + REPLY_S)])
 def test_server_that_fails_meanwhile(derby, number, within_s):
     """If its server ends or hangs while flows run, the command ends within seconds, and the server with it."""
@@ -320,7 +319,6 @@ def test_server_that_fails_meanwhile(derby, number, within_s):
     assert eventually(lambda: not alive(server), 5)
 
 
-@pytest.mark.slow
 def test_database_locked_meanwhile(derby):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
     lock = ("import sqlite3; "

@@ -42,6 +42,8 @@ from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.verification import verify
 from pitchlore.schemas import Policies
 
+pytestmark = pytest.mark.slow
+
 
 def products(data: Path) -> dict[str, bytes]:
     """Everything that a run makes, but the catalogue, what is remembered, the log of runs and the claims."""

@@ -41,7 +41,7 @@ def batches(packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> Iterator[li
         yield here
 
 
-def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> tuple[list[LiveSnapshot], pl.DataFrame]:
+def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = 2 * PICTURE_NS) -> tuple[list[LiveSnapshot], pl.DataFrame]:
     """Snapshots shown, and the situations that are settled, by times since the first packet."""
     settled: list[pl.DataFrame] = []
     follower = Follower(league, settled=settled.append)
@@ -136,8 +136,8 @@ def test_sides_by_where_the_robots_stand() -> None:
     half = [Packet(REFEREE, packets[150].t_ns, vsss_messages.command(vsss_messages.GAME_ON, half=2))]
     moments, _ = followed("vsss", [*turned(packets[:150], blue_left=False), *half, *turned(packets[150:], blue_left=True)])
     sides = [moment.blue_attacks for moment in moments]
-    assert (sides[70], sides[-1]) == (-1, 1)
-    for moment, x in ((moments[90], 0.5), (moments[-1], -0.5)):
+    assert (sides[35], sides[-1]) == (-1, 1)
+    for moment, x in ((moments[45], 0.5), (moments[-1], -0.5)):
         assert moment.robots[0].at[0] == pytest.approx(x)
         assert math.cos(moment.robots[0].heading or 0.0) == pytest.approx(-np.sign(x))
 

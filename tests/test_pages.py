@@ -148,6 +148,7 @@ def refused(page: Path, root: Path = ROOT) -> list[str]:
     return out
 
 
+@pytest.mark.slow
 def test_command_lines():
     """The command line takes every command that a page shows."""
     pages = [page for page in tracked("*.md") if page.name != "CHANGELOG.md"]

@@ -121,6 +121,7 @@ def test_events_are_the_tables(store, replay, page, schema):
     assert found
 
 
+@pytest.mark.slow
 def test_known_behaviours(store):
     """Each team's behaviours are those of its gallery, in its order; without knowledge there are none."""
     known = newest(store)
