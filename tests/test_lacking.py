@@ -23,6 +23,7 @@ def data(tmp_path: Path) -> Path:
     return tmp_path / "data"
 
 
+@pytest.mark.slow
 def test_nothing_to_learn(call, data):  # type: ignore[no-untyped-def]
     """Where no goal is known, `run` says what each match lacks and makes no version; the score is unknown everywhere."""
     clip(0.0, 4.0).select(POSITIONS).filter(pl.col("team") != "ball").write_csv(data / "inbox" / "noball.csv")
@@ -58,6 +59,7 @@ def test_nothing_to_learn(call, data):  # type: ignore[no-untyped-def]
     assert counted == {"goals": {"–"}, "goals from shots": {"–"}}
 
 
+@pytest.mark.slow
 def test_positions_alone(call, data):  # type: ignore[no-untyped-def]
     """Positions alone become goals with an origin, behaviours and a policy; nobody says 0 : 0."""
     clip(0.0, 300.0).select(POSITIONS).write_csv(data / "inbox" / "team.csv")
@@ -74,6 +76,7 @@ def test_positions_alone(call, data):  # type: ignore[no-untyped-def]
     assert "(found from the ball)" in out
 
 
+@pytest.mark.slow
 def test_two_leagues(call, data):  # type: ignore[no-untyped-def]
     """`run` warns of two leagues in one knowledge; --kind and --team restrict it; nobody is asked for in vain."""
     clip(0.0, 60.0).write_parquet(data / "inbox" / "small.parquet")

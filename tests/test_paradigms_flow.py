@@ -28,6 +28,7 @@ def played(tmp_path_factory) -> tuple[Path, StageReport]:
     return data, play_paradigms(data, QUICK)
 
 
+@pytest.mark.slow
 def test_catalogue_tables(played):
     """The points and verdicts are tables of the catalogue."""
     data, report = played
@@ -58,6 +59,7 @@ def test_second_run(played):
     assert again.kept == len(first.made)
 
 
+@pytest.mark.slow
 def test_same_bytes(played, tmp_path):
     """Two folders hold the same tables and plots, byte for byte."""
     data, _ = played

@@ -180,6 +180,7 @@ def test_names_are_text(pages):
     assert "&lt;script&gt;" in pages.first.read_text()
 
 
+@pytest.mark.slow
 def test_what_stands_is_kept(store, tmp_path):
     """A second call writes nothing; a new match has its pages written, and those of the others stand."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
@@ -191,6 +192,7 @@ def test_what_stands_is_kept(store, tmp_path):
     assert write_pages(own).new == 1, "what is missing is written again"
 
 
+@pytest.mark.slow
 def test_one_more_match(store, tmp_path):
     """A match of teams that are known leaves the pages of the other matches, whatever was learned from it."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
@@ -228,6 +230,7 @@ def test_list_of_pages_is_hostile(store, tmp_path):
     assert not gone.exists()
 
 
+@pytest.mark.slow
 def test_gone_with_its_match(store, tmp_path):
     """The pages of a match that is forgotten go."""
     from pitchlore.pipeline.engine.catalog import forget_match
@@ -249,6 +252,7 @@ def test_command(store, tmp_path, capsys):
     assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", capsys.readouterr().out.replace("\n", ""))
 
 
+@pytest.mark.slow
 def test_after_a_run(tmp_path, capsys):
     """Where the settings say so, a run brings the pages up to date; a page that cannot be written is one failure."""
     (tmp_path / "data" / "inbox").mkdir(parents=True)

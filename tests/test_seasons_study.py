@@ -138,6 +138,7 @@ def test_preferences_on_page():
     assert list(about_preferences(games.filter(pl.col("settings") == "paper"), NO_PREFERENCES)) == []
 
 
+@pytest.mark.slow
 def test_effects_on_page():
     """The page says which way a change goes if its interval leaves out zero, and leaves variations out."""
     paper = [season("paper", STATIC, s) for s in range(5)]
@@ -200,6 +201,7 @@ def test_too_few():
     assert list(about_kick_offs(games.filter(pl.col("settings") == "best"))) == []
 
 
+@pytest.mark.slow
 def test_ablations_drawn():
     """Ablations are drawn for the settings that they vary, and for no others."""
     games, growth = (pl.concat(parts) for parts in zip(world(2), *ablations(2), strict=True))
