@@ -183,7 +183,7 @@ looking: $(READY)  ## does a team that looks win? apprentices against the panel,
 	$(BIN)/python data/studies/looking/study.py $(STUDY_DATA) $(LEARNERS)
 
 # It plays apprentices that `make looking` has trained.
-trial: $(READY)  ## is a second of looking worth more than one of the best constant? trials by lot (half an hour; LEARNERS)
+trial: $(READY)  ## is a second of looking worth more than one of the best constant? randomised trials (half an hour; LEARNERS)
 	$(BIN)/python data/studies/looking/trial.py $(STUDY_DATA) $(LEARNERS)
 
 # It takes the results of seasons, imitation and peers that are in data/studies.

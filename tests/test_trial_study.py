@@ -1,4 +1,4 @@
-"""The trial by lot of the team that looks: who acts how, what a second is worth, and what is earned."""
+"""The randomised trial of the team that looks: who acts how, what a second is worth, and what is earned."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_what_a_second_is_worth():
 
 
 def test_each_roles_best_constant():
-    """Each role's best constant of the lot comes first; looking has its half of the tickets, and no row."""
+    """Each role's best constant of the draw comes first; looking has its half of the tickets, and no row."""
     trial = Trial(("looks", "looks", "constant:044", "constant:021/088/001"), range(1))
     assert trial.ways == ["looks", "constant:044", "constant:021/088/001"]
     rng = np.random.default_rng(2)
@@ -99,7 +99,7 @@ def test_each_roles_best_constant():
 
 
 def test_seconds_of_a_match(appraiser):
-    """Each robot and second of play is a row; V changes alike for a team's robots; the lot is fair."""
+    """Each robot and second of play is a row; V changes alike for a team's robots; the draw is fair."""
     rows = seconds(appraiser, TRIAL, [5])
     assert set(rows["role"]) == {0, 1, 2}
     assert rows.height % 3 == 0
@@ -114,7 +114,7 @@ def test_seconds_of_a_match(appraiser):
 
 
 def test_what_the_lot_says_is_done(appraiser, monkeypatch):
-    """Each robot acts in each second as the lot says, and begins anew unless it is a constant; goals count with their sign."""
+    """Each robot acts in each second as the draw says, and begins anew unless it is a constant; goals count with their sign."""
     done, goals, on, step, begin = [], [], [], ParallelMatch.step, ParallelMatch.begin_anew
 
     class AsTheLotSays(Chooser):

@@ -1,24 +1,24 @@
-"""Trials by lot: a second of looking beside a second of the role's best constant, and of being blind.
+"""Randomised trials: a second of looking beside a second of the role's best constant, and of being blind.
 
 ``trial.py DATA`` (half an hour on 2 cores; what is in
 the data folder is not played again) plays the apprentices of ``looking-all`` and ``looking-held`` of that
 data folder against the static team; if one of them is named after DATA, that one, and the rows of the other
-stay as they are. For each robot and second of a match the lot decides between ways to act: it looks (its
+stay as they are. For each robot and second of a match a draw decides between ways to act: it looks (its
 policy, each 0.2 s, and it begins its action anew, as in its own matches); it does what the constant team
 001/088/044 does in its role, which goes on; or it is blind, and its policy looks at what a robot of its role
 saw at another moment of play. The measure is V a second later, 1 or -1 after a goal and 0 where play has
-stopped, less V at the start. All else is alike: the ways of one match differ by nothing but the lot. So the
+stopped, less V at the start. All else is alike: the ways of one match differ by nothing but the draw. So the
 differences of their means are what a second of looking is worth. A log cannot say this: there an action was
 chosen where it seemed good.
 
 That team was the best found in whole matches when this was written, where three robots do it at once. For a
 second, among robots that look, a role may have a better constant. So for ``looking-held`` there is a search
-first: half of the seconds have a behaviour by lot, the same for all, and each role's best six are played
-again. The best of these stands beside looking and that team in a trial of its own. Search and trial have
+first: half of the seconds have a randomly drawn behaviour, the same for all, and each role's best six are
+played again. The best of these stands beside looking and that team in a trial of its own. Search and trial have
 seeds of their own.
 
 V is the model that the package ships; it has not seen these matches. Seconds are the independent observation,
-because each has a lot of its own; intervals are Welch's.
+because each has a draw of its own; intervals are Welch's.
 
 ``trial.csv`` has the differences for all seconds and for each role, and for each state: role, the ball's
 third, how near the robot is to it and whether it is behind it (36 cells, :func:`looking.decisions.cells`).

@@ -150,10 +150,10 @@ def about_ablations(games: pl.DataFrame) -> Iterator[str]:
     yield (
         f"Each ablation minus the settings that it varies, over the last {LAST} games that all their "
         "seasons have, with Welch's interval. Seasons of one seed share the chances of their first "
-        "game and no more. If twenty changes had no effect, one would still be told apart by chance.")
+        "game and no more. If twenty changes had no effect, one would still differ significantly by chance.")
     low, high = pl.col("difference_low"), pl.col("difference_high")
     told = (pl.when(low > 0).then(pl.lit("better")).when(high < 0).then(pl.lit("worse"))
-            .otherwise(pl.lit("not told apart")))
+            .otherwise(pl.lit("no significant difference")))
     rows = ablated(games.filter(~varied_settings()), (PAPER, BEST)).select(
         "settings", pl.col("base").alias("minus"), "opponent",
         pl.format("{} and {}", "seasons", "seasons_base").alias("seasons"),
