@@ -14,8 +14,8 @@ chosen where it seemed good.
 That team was the best found in whole matches when this was written, where three robots do it at once. For a
 second, among robots that look, a role may have a better constant. So for ``looking-held`` there is a search
 first: half of the seconds have a randomly drawn behaviour, the same for all, and each role's best six are
-played again. The best of these stands beside looking and that team in a trial of its own. Search and trial have
-seeds of their own.
+played again. The best of these stands beside looking and that team in a trial of its own. Search and
+trial have seeds of their own.
 
 V is the model that the package ships; it has not seen these matches. Seconds are the independent observation,
 because each has a draw of its own; intervals are Welch's.
