@@ -69,6 +69,7 @@ def test_same_bytes(played, tmp_path):
             assert (tmp_path / "paradigms" / path.name).read_bytes() == path.read_bytes(), path.name
 
 
+@pytest.mark.slow
 def test_other_seed(played):
     """Another seed plays other runs, which are kept beside the first."""
     data, _ = played
@@ -80,6 +81,7 @@ def test_other_seed(played):
     assert first["p_optimal"].to_list() != second["p_optimal"].to_list()
 
 
+@pytest.mark.slow
 def test_failing_sweep(tmp_path, monkeypatch):
     """A sweep that fails is reported, and the others stand."""
     from pitchlore.pipeline.paradigms import curves
@@ -112,6 +114,7 @@ def test_command_output(played, capsys):
     assert "penalty" not in out
 
 
+@pytest.mark.slow
 def test_comparison(played, tmp_path, capsys, monkeypatch):
     """The comparison plays printed IVQ and IQ on seeds of its own, and gives their difference with its interval."""
     data, _ = played

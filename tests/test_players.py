@@ -264,6 +264,7 @@ def played(home, away, seed, seconds):
 
 
 class TestTeams:
+    @pytest.mark.slow
     @given(views(), st.sampled_from(SCRIPTED), st.sampled_from(list(Kind)), st.integers(0, 9))
     @settings(max_examples=100)
     def test_wheel_limit(self, view, team, kind, seed):
@@ -351,6 +352,7 @@ class TestStatic:
         wheels = self.wheels(view_of((-0.70, 0.0, math.pi / 2), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=ball))
         assert sign * wheels[0].mean() > 0.3
 
+    @pytest.mark.slow
     def test_keeper_between_posts(self):
         """The keeper goes no further than the post, though the ball is beyond it."""
         bodies, speeds = view_of((-0.70, 0.0, 0.0), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=(-0.3, 0.6, 0, 0)), np.zeros((6, 2))
@@ -361,6 +363,7 @@ class TestStatic:
             step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
         assert bodies[1, [X, Y]] == pytest.approx([-0.70, 0.20], abs=0.015)
 
+    @pytest.mark.slow
     def test_own_goal_area(self):
         """No robot but the keeper enters its own goal area."""
         bodies, speeds = view_of((-0.70, 0.0, 0.0), (-0.3, 0.4, 0.0), (-0.2, -0.1, 0.0), ball=(-0.70, 0.3, 0, 0)), np.zeros((6, 2))

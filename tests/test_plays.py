@@ -22,6 +22,7 @@ _LOOKS = f'base = "looking"\nclock_s = 0.3\npredict_s = 0.1\n{_SHORT}'
 _STATES = f'base = "best-in-games"\n{_SHORT.replace("practice = 1", "practice = 0")}'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "kept"), [
     (_LOOKS, {"clock_s": 0.3, "predict_s": 0.1}), (_STATES, {"clock": {"least_s": 0.4, "interrupts": True, "begin_ended": False}}),
 ], ids=["looks", "looks up states"])
@@ -47,6 +48,7 @@ class Still(Controller):
         wheels[:] = 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [_LOOKS, _STATES], ids=["looks", "looks up states"])
 def test_an_opponent_in_an_environment(tmp_path, text):
     """An apprentice plays in an environment, byte for byte, as in a recorded match: by its clock, and predicting."""

@@ -48,6 +48,7 @@ def killed(tmp_path_factory):
     return data
 
 
+@pytest.mark.slow
 def test_killed_match(killed):
     """The next run takes what was played of a match that was killed, frame for frame."""
     store = Store(killed)
@@ -107,6 +108,7 @@ def head(data, recipe):
     return path, path.read_bytes()
 
 
+@pytest.mark.slow
 def test_killed_early_or_late(tmp_path, capsys):
     """A kill before the first chunk or at the commit loses nothing logged and leaves no trouble."""
     pytest.importorskip("pygame")

@@ -324,6 +324,7 @@ def test_stuck_at_the_area():
         assert state["reason"] == STUCK
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32), st.integers(1, 4), st.booleans(), st.booleans(), st.booleans(), st.integers(2, 3))
 @settings(max_examples=40, deadline=None)
 def test_literal_referee(seed, robots, remember, penalty, goal_kick, least):

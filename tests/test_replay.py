@@ -184,6 +184,7 @@ def test_slots():
     assert decode(make(table, hz=1000))["samples"] == 9
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(recorded, st.sampled_from([0.002, 0.02, 0.2]))
 def test_near(rows, near):
@@ -360,6 +361,7 @@ def test_bad_rate(hz):
         make(hz=hz)
 
 
+@pytest.mark.slow
 def test_page_size():
     """Ten minutes of a real match fit in a megabyte, to the millimetre."""
     raw = pl.read_parquet(SAMPLE)

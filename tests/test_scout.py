@@ -209,6 +209,7 @@ def test_one_more_match(store, tmp_path):
     assert "knowledge version 2" in next((pages / "behaviours").iterdir()).read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", ["{", "[]", "3", '{"facts": 3, "index.html": 5}', '{"facts": {"x": 3}}'])
 def test_list_of_pages_is_broken(store, tmp_path, said):
     """Where the list of pages cannot be read, all are written again."""
@@ -244,6 +245,7 @@ def test_gone_with_its_match(store, tmp_path):
     assert not list((tmp_path / "data" / "scout").rglob(f"{match}*"))
 
 
+@pytest.mark.slow
 def test_command(store, tmp_path, capsys):
     """The command writes where it is told, and says what it wrote."""
     with pytest.raises(SystemExit) as stopped:

@@ -206,6 +206,7 @@ def test_maps_by_hand():
     assert (second["near"], third["near"], third["sign"], third["list"]) == (HOSTILE, "c", "", [])
 
 
+@pytest.mark.slow
 def test_only_what_the_version_was_made_from(store, tmp_path):
     """If the maps are gone or were made anew, the page says what to do, and pages are written anew."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))

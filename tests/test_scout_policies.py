@@ -159,6 +159,7 @@ def test_links(pages):
             assert not anchor or f'id="{anchor}"' in target.read_text()
 
 
+@pytest.mark.slow
 def test_what_stands_is_kept(store, tmp_path):
     """A second call writes nothing; a new policy has its pages written, and no page of a match."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
@@ -172,6 +173,7 @@ def test_what_stands_is_kept(store, tmp_path):
     assert "times 0.9 for" in next((tmp_path / "data" / "scout" / "policies").iterdir()).read_text()
 
 
+@pytest.mark.slow
 def test_older_policy(store, tmp_path, capsys):
     """A policy that was trained before states were kept says so; the next run makes one that has them."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout", "policies"))
