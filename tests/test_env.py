@@ -19,7 +19,7 @@ from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.constant import constant
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import ROLES, Appraisals
 from pitchlore.schemas.sights import SIGHT
 

@@ -21,7 +21,7 @@ from pitchlore.pipeline.policies.appraise import actions, fit_action_values
 from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.situations.rules import TABLE_1
-from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import (
     SIDES,
     Appraisals,

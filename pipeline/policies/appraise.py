@@ -1,10 +1,11 @@
-"""Appraisals: how much more than another an action is worth at a sight, fitted to what V did after it.
+"""Appraisals: how much more than another an action is worth at an observation, fitted to what V did after it.
 
 A logged decision says what a robot saw, which action it began, and how V, the chance to score soon, had
-changed a second later. Part of that change comes from the sight alone, whatever is done: it is what boosted
-trees expect of all decisions together. Trees for each action are fitted to what is left of it, over the
-decisions of all matches and roles. V is cross-fitted by match, so that no match judges itself. A goal comes
-ten seconds and twenty decisions later: its sign says little of one decision, and the change of V says more.
+changed a second later. Part of that change comes from the observation alone, whatever is done: it is what
+boosted trees expect of all decisions together. Trees for each action are fitted to what is left of it, over
+the decisions of all matches and roles. V is cross-fitted by match, so that no match judges itself. A goal
+comes ten seconds and twenty decisions later: its sign says little of one decision, and the change of V says
+more.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: The codes of a behaviour, as text.
 _CODES = pl.col("behaviour_id").str.split("-").list.slice(1)
-#: Most sights at which actions are compared.
+#: Most observations at which actions are compared.
 _LOOKED = 20_000
 
 
@@ -57,16 +58,16 @@ def actions(occasions: pl.DataFrame, codes: Iterable[int], settings: AppraisalSe
 
 
 def fit_action_values(
-    decisions: pl.DataFrame, sights: pl.DataFrame, pairs: pl.DataFrame, settings: AppraisalSettings,
+    decisions: pl.DataFrame, observations: pl.DataFrame, pairs: pl.DataFrame, settings: AppraisalSettings,
     version: int, watched: pl.DataFrame | None = None,
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
     """Fit the trees of each action that was chosen at least once, and keep the actions that are worth a try.
 
-    An action's worth is relative: to what is expected of all decisions at the same sight.
+    An action's worth is relative: to what is expected of all decisions at the same observation.
 
     Args:
         decisions: rows of schema Decisions; those of more than one code are passed over.
-        sights: rows of schema Sights of the same matches.
+        observations: rows of schema Sights of the same matches.
         pairs: pairs of :func:`actions`.
         settings: the trees, ``least_share`` and ``watched``.
         version: version of the policy.
@@ -78,10 +79,10 @@ def fit_action_values(
         nothing. And the pairs that are kept.
     """
     at = "match_id", "team", "robot", "t_ns"
-    seen = sights["sight"].rechunk()  # polars 1 cannot take no row of several pieces
+    seen = observations["sight"].rechunk()  # polars 1 cannot take no row of several pieces
     made = (
         decisions.filter("chosen").select(*at, "role", code=_CODES).filter(pl.col("code").list.len() == 1)
-        .join(sights.select(*at, "change").with_row_index("row"), on=at, maintain_order="left")
+        .join(observations.select(*at, "change").with_row_index("row"), on=at, maintain_order="left")
         .filter(pl.col("change").is_not_null())
         .select("role", pl.col("code").list.first().cast(pl.Int16), "row", "change"))
     grown = _appraised(made, seen, set(made["code"]), settings)
@@ -111,35 +112,36 @@ def _rows(seen: pl.Series, moments: pl.DataFrame) -> F32:
 def _appraised(
     made: pl.DataFrame, seen: pl.Series, codes: set[int], settings: AppraisalSettings
 ) -> dict[int, Trees]:
-    """The trees of some codes: of what is left of V's change after what is expected at the sight.
+    """The trees of some codes: of what is left of V's change after what is expected at the observation.
 
     Args:
         made: columns code, row in ``seen``, and change; what is expected is that of all its rows.
-        seen: sights, of these moments and maybe others.
+        seen: observations, of these moments and maybe others.
         codes: codes of the wanted trees; each is in ``made``.
         settings: the trees.
     """
-    sight, change = _rows(seen, made), made["change"].to_numpy()
-    expected = _grow(sight, change, settings.model_copy(update={
+    observation, change = _rows(seen, made), made["change"].to_numpy()
+    expected = _grow(observation, change, settings.model_copy(update={
         "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
-    left, code = change - logits(expected, sight), made["code"].to_numpy()
-    return {int(each): _grow(sight[code == each], left[code == each], settings) for each in sorted(codes)}
+    left, code = change - logits(expected, observation), made["code"].to_numpy()
+    return {int(each): _grow(observation[code == each], left[code == each], settings)
+            for each in sorted(codes)}
 
 
 def _kept(
-    own: pl.DataFrame, sight: F32, grown: dict[int, Trees], least_share: float
+    own: pl.DataFrame, observation: F32, grown: dict[int, Trees], least_share: float
 ) -> pl.DataFrame:
-    """The pairs of a role whose action is the best at enough of its sights; those never tried stay, too."""
+    """The pairs of a role whose action is the best at enough observations; those never tried stay, too."""
     codes = own.select(_CODES.list.first().cast(pl.Int64)).to_series().to_list()
     tried = [code for code in codes if code in grown]
-    if not len(sight) or not tried:
+    if not len(observation) or not tried:
         return own
-    best = np.array([logits(grown[code], sight) for code in tried]).argmax(axis=0)
+    best = np.array([logits(grown[code], observation) for code in tried]).argmax(axis=0)
     share = dict(zip(tried, np.bincount(best, minlength=len(tried)) / len(best), strict=True))
     return own.filter(pl.Series([code not in share or bool(share[code] >= least_share) for code in codes]))
 
 
-def _grow(sight: F32, change: F64, settings: AppraisalSettings) -> Trees:
+def _grow(observation: F32, change: F64, settings: AppraisalSettings) -> Trees:
     """Trees fitted to changes, from float32 [T, 30] and float64 [T]."""
     if len(change) < 2 * settings.leaf_samples:
         none, mean = np.empty(0, dtype=np.int32), change.sum() / (len(change) + settings.leaf_samples)
@@ -151,7 +153,7 @@ def _grow(sight: F32, change: F64, settings: AppraisalSettings) -> Trees:
         max_bins=settings.bins, early_stopping=False, random_state=settings.seed,
     )
     with threadpool_limits(1):  # type: ignore[no-untyped-call]
-        return arrays_of(builder.fit(sight, change))
+        return arrays_of(builder.fit(observation, change))
 
 
 def _tables(trees: Trees) -> Iterator[pl.DataFrame]:

@@ -20,7 +20,7 @@ from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.matches.frame import HOME
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
-from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import ROLES
 
 #: Sights that are kept of each role, where any of them is drawn.

@@ -14,7 +14,7 @@ from pitchlore.pipeline.arena.teams.appraising import ActionValues, action_value
 from pitchlore.pipeline.arena.teams.clock import PAPER
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
 from pitchlore.pipeline.numbers.arrays import F32, I64, Bools
-from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.sights import SIGHT
 

@@ -1,4 +1,4 @@
-"""Sights of a team's robots, each as a vector of numbers of about -1 to 1, for learners.
+"""Observations of a team's robots, each as a vector of numbers of about -1 to 1, for learners.
 
 Teams that look decide by the same: the numbers of ``schemas.sights.SIGHT``, in that order, and the robot's
 role. A vector has 33 numbers, whatever the number of robots:
@@ -28,7 +28,7 @@ from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.arena.teams.roles import assign
 from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.numbers.arrays import F32, F64
-from pitchlore.pipeline.state.sight import LONG_S, see_from
+from pitchlore.pipeline.state.observation import LONG_S, see_from
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.sights import SIGHT
 
@@ -43,7 +43,7 @@ _BARE = ("behind", "faces_ball", "faces_shot", "adversary_behind", "mate_behind"
 
 
 def scales(settings: MatchSettings) -> F64:
-    """The scales that the numbers of a sight are divided by, float64 [30]."""
+    """The scales that the numbers of an observation are divided by, float64 [30]."""
     pitch, top = settings.pitch, settings.physics.wheel_speed
     of = {
         **dict.fromkeys(SIGHT, pitch.goal_x + pitch.goal_depth), **dict.fromkeys(_BALL_SPEEDS, 2 * top),
@@ -54,11 +54,11 @@ def scales(settings: MatchSettings) -> F64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def scale(sight: F32, of: F64) -> None:
-    """Divide the numbers of a sight, float32 [30 or more], in place; unknown ones become 0."""
+def scale(observation: F32, of: F64) -> None:
+    """Divide the numbers of an observation, float32 [30 or more], in place; unknown ones become 0."""
     for place in range(len(of)):
-        number = sight[place] / of[place]
-        sight[place] = 0.0 if math.isnan(number) else min(max(number, -LIMIT), LIMIT)
+        number = observation[place] / of[place]
+        observation[place] = 0.0 if math.isnan(number) else min(max(number, -LIMIT), LIMIT)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

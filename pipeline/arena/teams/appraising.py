@@ -24,13 +24,13 @@ from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.numbers.arrays import F32, F64, I32, I64, Bools
 from pitchlore.pipeline.numbers.trees import Trees, leaf, logits
 from pitchlore.pipeline.state import BinEdges, Radix, encode_one
-from pitchlore.pipeline.state.sight import see_from
+from pitchlore.pipeline.state.observation import see_from
 from pitchlore.pipeline.state.table import ELEMENTS
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.sights import SIGHT
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
-#: Numbers of a sight.
+#: Numbers of an observation.
 NUMBERS = len(SIGHT)
 
 
@@ -112,18 +112,18 @@ def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Action
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def action_value(appraiser: ActionValues, action: int, sight: F32) -> float:
-    """Worth of an action at a sight, float32 [30]; 0 without trees."""
+def action_value(appraiser: ActionValues, action: int, observation: F32) -> float:
+    """Worth of an action at an observation, float32 [30]; 0 without trees."""
     worth = 0.0
     for tree in range(appraiser.first[action], appraiser.first[action + 1]):
-        worth += leaf(appraiser.trees, appraiser.trees.start[tree], sight)
+        worth += leaf(appraiser.trees, appraiser.trees.start[tree], observation)
     return worth
 
 
-def action_values_at(appraiser: ActionValues, sights: F32) -> F64:
-    """Worth of all actions at sights, float64 [C, N], from float32 [N, 30]; 0 without trees."""
+def action_values_at(appraiser: ActionValues, observations: F32) -> F64:
+    """Worth of all actions at observations, float64 [C, N], from float32 [N, 30]; 0 without trees."""
     trees, first = appraiser.trees, appraiser.first
-    return np.array([logits(trees._replace(start=trees.start[one:next_]), sights)
+    return np.array([logits(trees._replace(start=trees.start[one:next_]), observations)
                      for one, next_ in pairwise(first)])
 
 
@@ -149,10 +149,10 @@ def decide(
     """
     roles = np.empty(2 * len(robots), dtype=np.int64)
     state = read_state(view, direction, lead, policy, packed, roles)
-    sight = np.empty(NUMBERS, dtype=np.float32)
+    observation = np.empty(NUMBERS, dtype=np.float32)
     for robot in range(1, len(robots) + 1):
-        see_from(view, robot, packed[0].goal_x, sight)
-        choose(robot, sight, view, roles, state, robots, policy, held, packed, splitmix, decisions)
+        see_from(view, robot, packed[0].goal_x, observation)
+        choose(robot, observation, view, roles, state, robots, policy, held, packed, splitmix, decisions)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -168,10 +168,10 @@ def read_state(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def choose(
-    robot: int, sight: F32, view: F64, roles: I64, state: np.int64, robots: Records, policy: ActionPolicy,
-    held: I64, packed: Records, splitmix: SplitMix, decisions: Records,
+    robot: int, observation: F32, view: F64, roles: I64, state: np.int64, robots: Records,
+    policy: ActionPolicy, held: I64, packed: Records, splitmix: SplitMix, decisions: Records,
 ) -> None:  # fmt: skip
-    """Decide for robot number ``robot``, from 1, by a sight, float32 [30].
+    """Decide for robot number ``robot``, from 1, by an observation, float32 [30].
 
     ``roles`` and ``state`` are those of :func:`read_state`; the rest is as for :func:`decide`.
     """
@@ -188,7 +188,7 @@ def choose(
     for action in range(1, len(appraiser.codes)):
         if not appraiser.allowed[role, action]:
             continue
-        worth = 0.0 if tries else action_value(appraiser, action, sight)
+        worth = 0.0 if tries else action_value(appraiser, action, observation)
         if ties == 0 or worth > most:
             best, most, ties = action, worth, 1
         elif worth == most:
