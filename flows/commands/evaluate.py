@@ -30,6 +30,7 @@ from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.evaluations import Played, evaluate, measure
+from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from pitchlore.pipeline.store import Store
@@ -74,6 +75,7 @@ def evaluate_team(
     if matches % 2:
         raise BadSettings(f"{matches} matches do not come in pairs", where="--matches",
                           next_step=f"Ask for {matches + 1}")
+    place_of(on)  # so that a word that names none is refused at once
     store = common.store
     how = playing.matches(store)
     panel = against is None

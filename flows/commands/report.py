@@ -14,6 +14,7 @@ from pitchlore.flows.reporting import Reported
 from pitchlore.flows.reporting import report as make_report
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
 from pitchlore.pipeline.report.kickoffs import kick_offs
 from pitchlore.pipeline.report.preferences import side_by_side
@@ -38,6 +39,7 @@ def report(
             as JSON.
         common: Options of every command.
     """
+    place_of(on)  # so that a word that names none is refused at once
     store = common.existing
     for noun in ("seasons", "evaluations"):
         for name, why in store.unreadable_receipts(noun).items():

@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 import polars as pl
 from cyclopts import Parameter
 
-from pitchlore.flows import work
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import (
@@ -83,6 +82,8 @@ def bring_up_to_date(
 ) -> RunReport:
     """Run all stages."""
     place_of(on)  # so that a word that names none is refused at once
+    from pitchlore.flows import work  # noqa: PLC0415 (it loads numba, which --help does without)
+
     return perform(store, "run_flow", RunReport, work.run, as_flow=as_flow)(
         store.root, None, settings, train, limits, on, history, scout)
 
