@@ -16,7 +16,7 @@ from pitchlore.pipeline.importers.tracking.ball_goals import CONFIDENCE, OURS, B
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 
 VSSS = PITCHES[Kind.VSSS]
-STUDY = ROOT / "data" / "studies" / "ball-goals"
+STUDY = ROOT / "data" / "studies" / "ball_goals"
 HZ = 60
 #: Times, s, and places, m, of a ball that goes into the goal at +x and lies there.
 SHOT = ((0.0, 0.2, 0.0), (1.0, 0.74, 0.05), (1.1, 0.82, 0.06), (1.6, 0.82, 0.06))
