@@ -180,7 +180,7 @@ def test_processes(tmp_path):
 def test_more_matches(tmp_path, monkeypatch):
     """If more matches are asked for, only those that are not there are played."""
     store, seen = Store(tmp_path), []
-    monkeypatch.setattr(flow, "play", lambda pair, policies: seen.append(pair.seed) or results_of_pair(pair, policies))
+    monkeypatch.setattr(flow, "results_of_pair", lambda pair, policies: seen.append(pair.seed) or results_of_pair(pair, policies))
     first, _ = flow.evaluate(store, short(), range(1), {})
     more, made = flow.evaluate(store, short(), range(2), {})
     assert (seen, made) == ([0, 1], 1)

@@ -133,15 +133,15 @@ def test_games_in_a_row(season, monkeypatch, tmp_path):
 def test_killed_while_learning(season, monkeypatch, tmp_path):
     """A game that was played is not played again if its process was killed while it learned."""
     opened = script(monkeypatch, {1: BEGIN}, {1: LEAVE})
-    learn = human.learn
+    learn = human.learn_from_game
 
     def killed(*_):
         raise OSError("killed")
 
-    monkeypatch.setattr(human, "learn", killed)
+    monkeypatch.setattr(human, "learn_from_game", killed)
     assert season("--now", 1)[0] != 0
     assert Store(tmp_path / "data").receipt("seasons", OWN.id) is None
-    monkeypatch.setattr(human, "learn", learn)
+    monkeypatch.setattr(human, "learn_from_game", learn)
     assert season("--now", 1)[0] == 0
     assert len(opened) == 1
     assert rows(tmp_path / "data")["left"].to_list() == [0]

@@ -292,7 +292,7 @@ def spied(monkeypatch):
         return Runs(np.ones(count), np.full(count, 4.0), np.zeros(count, np.int64), np.zeros(count, np.bool_),
                     np.zeros(count, np.bool_), np.zeros(count, np.int64))
 
-    monkeypatch.setattr(curves, "play", record)
+    monkeypatch.setattr(curves, "play_runs", record)
     return calls
 
 
@@ -350,7 +350,7 @@ def test_unknown_game():
 def test_point(monkeypatch):
     """A point is a row of the schema and says what was played."""
     seen = []
-    monkeypatch.setattr(curves, "play", lambda *what, **how: seen.append(play_runs(*what, **how)) or seen[-1])
+    monkeypatch.setattr(curves, "play_runs", lambda *what, **how: seen.append(play_runs(*what, **how)) or seen[-1])
     row = Paradigms.validate(climbing_curve().play(None, 0.99, runs=40, seed=3)).row(0, named=True)
     [played] = seen
     assert (row["k"], row["steps"], row["runs"], row["tests"], row["seed"]) == (None, 735, 40, 1, 3)

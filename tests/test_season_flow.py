@@ -8,9 +8,9 @@ from threading import Barrier
 import pytest
 from support.processes import pitchlore
 
-from pitchlore.flows import season as loop
 from pitchlore.flows.cli import main
 from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.engine import season as loop
 from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
@@ -58,7 +58,7 @@ def test_seasons_at_once(together):
 def test_jobs(tmp_path, monkeypatch):
     """As many seasons are played at once as there are workers."""
     met = Barrier(3, timeout=60)
-    monkeypatch.setattr(loop, "take", lambda *_: met.wait())
+    monkeypatch.setattr(loop, "take_game", lambda *_: met.wait())
     one_game = SHORT.replace("games = 3", "games = 1")
     report = played(tmp_path, *(season(seed, one_game) for seed in range(6)), on="threads:3")
     assert (len(report.made), report.failed) == (6, {})
@@ -76,7 +76,7 @@ def test_failed_season(tmp_path, monkeypatch):
         if turn == (season(2), 1) and tried.count(turn.label) == 1:
             raise StorageFailed("cannot be written", next_step="Free space")
 
-    monkeypatch.setattr(loop, "take", take)
+    monkeypatch.setattr(loop, "take_game", take)
     longer = season(4, SHORT.replace("games = 3", "games = 4"))
     report = played(tmp_path, *map(season, (1, 2, 3)), longer, on="threads:1")
     assert report.failed == {
