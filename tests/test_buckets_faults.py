@@ -154,7 +154,7 @@ def test_keys_of_others(server, machine):
     assert inbox(store) == []
 
 
-@pytest.mark.parametrize("full", ["os.replace", "pitchlore.pipeline.store.atomic.sync"])
+@pytest.mark.parametrize("full", ["os.replace", "pitchlore.pipeline.store.atomic.sync_file"])
 def test_full_disk_of_the_copy(server, machine, monkeypatch, full):
     """If the copy's disk is full, one line says so, at any write; the bucket has the old or the new, whole."""
     url = server.new()
