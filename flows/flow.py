@@ -13,8 +13,7 @@ from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from pitchlore.flows.pruning import OURS, prune_or_say
-from pitchlore.flows.runner import PrefectRunner
-from pitchlore.pipeline.engine.tasks import runner
+from pitchlore.flows.runner import as_tasks
 from pitchlore.pipeline.settings import HistorySettings
 
 P = ParamSpec("P")
@@ -31,11 +30,8 @@ def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
     def decorate(function: Callable[P, R]) -> Flow[P, R]:
         @wraps(function)
         def under_prefect(*given: P.args, **named: P.kwargs) -> Any:
-            token = runner.set(PrefectRunner())
-            try:
+            with as_tasks():
                 result = function(*given, **named)
-            finally:
-                runner.reset(token)
             call = signature(function).bind(*given, **named)
             call.apply_defaults()
             history = call.arguments.get("history")

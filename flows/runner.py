@@ -15,7 +15,7 @@ from prefect.futures import PrefectFuture, as_completed
 from prefect.utilities.annotations import quote
 
 from pitchlore.pipeline.base.errors import in_one_line
-from pitchlore.pipeline.engine.tasks import AGAIN, PAUSE_S, Pool
+from pitchlore.pipeline.engine.tasks import AGAIN, PAUSE_S, Pool, runner
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -60,6 +60,19 @@ class PrefectRunner:
             raise
         except Exception as error:
             get_run_logger().warning("The artifact %s could not be kept (%s).", key, in_one_line(error))
+
+
+@contextmanager
+def as_tasks() -> Iterator[None]:
+    """Let the engine's tasks in the body be those of the running flow.
+
+    A flow calls it by its name: Prefect pickles the flow for another process, and no context variable can be.
+    """
+    token = runner.set(PrefectRunner())
+    try:
+        yield
+    finally:
+        runner.reset(token)
 
 
 class _FlowPool:

@@ -127,15 +127,13 @@ def test_interrupted_query(finished):
 INTERRUPTIBLE = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from pitchlore.flows.commands import sql
+from pitchlore.pipeline.face import league
 from pitchlore.flows.cli import main
-from pitchlore.flows.commands.printing import print_frame
-from pitchlore.flows.commands.run import _print_rounds
-ask = sql.ask
+ask = league.ask
 def told(*arguments):
     print("asked", flush=True)
     return ask(*arguments)
-sql.ask = told
+league.ask = told
 main()
 """
 

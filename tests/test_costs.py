@@ -77,10 +77,10 @@ def test_the_same_at_places(at_places):
 
 @pytest.mark.slow
 def test_nothing_new(at_places):
-    """A run that finds all done worked on no output; it looked for new versions."""
+    """A run that finds all done worked on no output; at most it opened recordings that are too young to be known."""
     data, _ = at_places["threads:2"]
     again = run(data)
-    assert list(again.costs) == ["knowledge", "policies"] or list(again.costs) == ["matches", "knowledge", "policies"]
+    assert set(again.costs) <= {"matches"}
     assert all(cost.bytes_out == 0 for cost in again.costs.values())
     assert again.made == 0
 
@@ -101,9 +101,13 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
 
 
 @pytest.mark.slow
-def test_artifact(at_places):
+@pytest.mark.usefixtures("prefect_server")
+def test_artifact(tmp_path, clips):
     """The artifact of a run has a row for each stage, with what it cost."""
-    _, report = at_places["processes:2"]
+    from pitchlore.flows.run import run_flow
+
+    fill(tmp_path, clips)
+    report = RunReport.model_validate(run_flow(tmp_path))
     asked = {"artifacts": {"key": {"any_": ["run"]}}, "sort": "CREATED_DESC", "limit": 50}
     shown = [artifact["data"] for artifact in post("/artifacts/filter", asked)]
     assert report.markdown() in shown

@@ -146,12 +146,12 @@ def test_a_query_stops(finished):
     """Ctrl-C stops a query."""
     forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
     told = """
-from pitchlore.flows.commands import sql
-ask = sql.ask
+from pitchlore.pipeline.face import league
+ask = league.ask
 def told(*arguments):
     print("moment", flush=True)
     return ask(*arguments)
-sql.ask = told
+league.ask = told
 """
     with terminal("sql", forever, "x", "--data", finished, before=told) as command:
         command.until("moment")

@@ -61,7 +61,7 @@ class Installed:
     def run(self, *command: str) -> str:
         """Standard output of a command; it must succeed."""
         environment = {name: value for name, value in os.environ.items()
-                       if name not in ("PYTHONPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR", "PREFECT_API_URL")}
+                       if name not in ("PYTHONPATH", "PYTHONSAFEPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR", "PREFECT_API_URL")}
         done = subprocess.run([self.bin / command[0], *command[1:]], cwd=self.folder, env=environment,
                               capture_output=True, text=True)
         assert done.returncode == 0, f"{command}:\n{done.stdout}\n{done.stderr}"

@@ -130,7 +130,7 @@ class Note:
                    for noun, cost in report.versions.items()]
         return RunEntry(
             name=f"{self._began:%Y%m%d-%H%M%S-%f}", what=self.what, began=self._began,
-            seconds=round(monotonic() - self._begun, 3), stages=tuple(stages), knowledge=report.knowledge,
+            seconds=round(monotonic() - self._begun, 6), stages=tuple(stages), knowledge=report.knowledge,
             policy=report.policy, failures=dict(list(report.failures.items())[:_TOLD]), error=error,
         )
 

@@ -109,6 +109,7 @@ class League:
     def __init__(self, store: Store, say: Callable[[str], None] = _log.warning) -> None:
         self.store = store
         self._say = say
+        self._age = ""  # of the copy of a bucket, as it was last said
 
     def __repr__(self) -> str:
         return f"<League {self.store.where}: {len(self.matches)} matches>"
@@ -315,8 +316,10 @@ class League:
     def _catalogue(self) -> Path:
         """The catalogue, brought up to date; a warning names each damaged file that it leaves out."""
         path, left_out = refresh(self.store)
-        if self.store.mirror is not None:
-            self._say(f"{self.store.where}: {self.store.mirror.age()}")
+        age = "" if self.store.mirror is None else self.store.mirror.age()
+        if age != self._age:
+            self._age = age
+            self._say(f"{self.store.where}: {age}")
         for file in left_out:
             self._say(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
         return path
