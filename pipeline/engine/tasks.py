@@ -7,10 +7,11 @@ Prefect it is the flow's (``flows/runner.py``): then a server shows each task, i
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from contextvars import ContextVar, copy_context
+from functools import partial
 from itertools import islice
 from typing import Any, ParamSpec, Protocol, TypeVar
 
@@ -153,22 +154,18 @@ def carried_out(
     if len(parts) == 1:
         workers = workers.alone()
     waiting = (Part(workers, function, some) for some in parts)
-    with runner.get().pool(workers.width) as pool:
-        while True:
-            for part in islice(waiting, workers.width - len(pool)):
-                pool.submit(part, name, _named(list(part.pieces)), part.do)
-            if not len(pool):
-                return
-            for part, error in pool.ended():
-                if getattr(error, "for_all", False):
+    tasks = ((part, _named(list(part.pieces)), part.do) for part in waiting)
+    with closing(_ended(name, tasks, workers.width)) as ended:
+        for part, error in ended:
+            if getattr(error, "for_all", False):
+                assert isinstance(error, Exception)
+                raise error
+            for label in part.pieces:
+                if label not in part.results:
                     assert isinstance(error, Exception)
-                    raise error
-                for label in part.pieces:
-                    if label not in part.results:
-                        assert isinstance(error, Exception)
-                        yield label, Failure(in_one_line(error))
-                    else:
-                        yield label, part.results[label]
+                    yield label, Failure(in_one_line(error))
+                else:
+                    yield label, part.results[label]
 
 
 def run_pieces(
@@ -224,20 +221,34 @@ def spread(
     """
     chosen = workers if count > 1 else workers.alone()
 
-    def give(arguments: Mapping[str, Any]) -> R:
-        return chosen.run(function, **arguments)
+    tasks = ((label, label, partial(chosen.run, function, **arguments)) for label, arguments in pieces)
+    with closing(_ended(task, tasks, chosen.width)) as ended:
+        for label, result in ended:
+            if isinstance(result, BaseException):
+                raise result
+            yield label, result  # type: ignore[misc]  # a pool knows no types of results
 
-    waiting = iter(pieces)
-    with runner.get().pool(chosen.width) as pool:
+
+def _ended(
+    name: str, tasks: Iterator[tuple[Any, str, Callable[[], object]]], width: int
+) -> Generator[tuple[Any, object], None, None]:
+    """Carry out tasks of a name, so many at once; each is taken when there is room for it.
+
+    Args:
+        name: name of the tasks.
+        tasks: key, label and work of each.
+        width: number of tasks at once.
+
+    Yields:
+        Key of each and its result, or its exception, as it ends.
+    """
+    with runner.get().pool(width) as pool:
         while True:
-            for label, arguments in islice(waiting, chosen.width - len(pool)):
-                pool.submit(label, task, label, give, arguments)
+            for key, label, work in islice(tasks, width - len(pool)):
+                pool.submit(key, name, label, work)
             if not len(pool):
                 return
-            for label, result in pool.ended():
-                if isinstance(result, BaseException):
-                    raise result
-                yield label, result  # type: ignore[misc]  # a pool knows no types of results
+            yield from pool.ended()
 
 
 def _named(part: list[str]) -> str:
