@@ -28,8 +28,8 @@ from pitchlore.flows.cli import COMMANDS, command_line
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
-from pitchlore.pipeline.seasons.settings import SeasonSettings
 from pitchlore.pipeline.settings import RunSettings
+from pitchlore.pipeline.stages.seasons.settings import SeasonSettings
 from pitchlore.schemas import PUBLIC, Table
 
 #: What a user writes in TOML: the option that takes the file, and the model that it fills.

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
+from pitchlore.pipeline.base.software import __version__
 from pitchlore.pipeline.engine.child import collect_rarely, hush
 from pitchlore.pipeline.engine.interrupt import interruptible
 

@@ -6,7 +6,7 @@ from pitchlore.pipeline.engine.paradigms import bring_curves_up_to_date
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.run import concluded, suspecting
-from pitchlore.pipeline.paradigms.experiments import Design
+from pitchlore.pipeline.stages.paradigms.experiments import Design
 from pitchlore.pipeline.views.plots.paradigms import plots_of_points
 
 

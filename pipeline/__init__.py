@@ -1,10 +1,8 @@
-"""The stages of Pitchlore, one module a noun (see CONTRIBUTING.md for the map)."""
+"""The engine of Pitchlore and all that it stands on (see CONTRIBUTING.md for the map)."""
 
 import hashlib as _hashlib
 import os as _os
 from pathlib import Path as _Path
-
-__version__ = "0.1.0"
 
 _HERE = _Path(__file__).parent
 

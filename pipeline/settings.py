@@ -53,7 +53,7 @@ class TrajectorySettings(Frozen):
 
 
 class GoalSettings(Frozen):
-    """How goals are attributed (``pipeline.goals.attribute``). The paper gives no times; these are ours.
+    """How goals are attributed (``pipeline.stages.goals.attribute``). The paper gives no times.
 
     Attributes:
         before_s: time before the goal whose contacts are considered first, and the longest time from a
@@ -68,7 +68,7 @@ class GoalSettings(Frozen):
 
 
 class EventSettings(Frozen):
-    """How events are found (``pipeline.events``).
+    """How events are found (``pipeline.stages.events``).
 
     Attributes:
         line_s: time after a touch from which the ball's straight line is taken.
@@ -300,7 +300,7 @@ class KnowledgeSettings(Frozen):
             coarser than ``state_key``. A player uses them where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
         imitate: team or pool whose behaviours policies choose from; not given: that of most matches, see
-            ``pipeline.sides.teams.imitated``. Its occasions also hold the states in which a player decided.
+            ``pipeline.stages.sides.teams.imitated``. Its occasions hold the states of decisions, too.
         own: actions that a state gets because a player decided in it. "nothing": none. "moves randomly":
             that action (paper section 4: "all the new states have the action moving randomly"; there,
             states grow while playing and training, actions in training only). "chosen": also the chosen
@@ -332,7 +332,7 @@ class KnowledgeSettings(Frozen):
 
 
 class AppraisalSettings(Frozen):
-    """How actions are appraised by what a robot sees (``pipeline.policies.appraise``).
+    """How actions are appraised by what a robot sees (``pipeline.stages.policies.appraise``).
 
     Attributes:
         codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by

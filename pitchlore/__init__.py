@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 if not _Path(__file__).with_name("pipeline").is_dir():
     __path__.append(str(_Path(__file__).parents[1]))
 
-from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.software import __version__
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.arena.match.recipe import MatchSettings

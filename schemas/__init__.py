@@ -36,7 +36,9 @@ from pitchlore.schemas.sequences import Choices as Choices
 from pitchlore.schemas.sequences import Sequences as Sequences
 from pitchlore.schemas.sights import Sights as Sights
 from pitchlore.schemas.situations import Situations as Situations
+from pitchlore.schemas.table import AWAY as AWAY
 from pitchlore.schemas.table import BODIES as BODIES
+from pitchlore.schemas.table import HOME as HOME
 from pitchlore.schemas.table import KEYS as KEYS
 from pitchlore.schemas.table import ROLES as ROLES
 from pitchlore.schemas.table import SIDES as SIDES

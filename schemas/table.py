@@ -12,6 +12,8 @@ import polars as pl
 #: The teams of a match.
 Side = Literal["home", "away"]
 SIDES: tuple[Side, Side] = get_args(Side)
+#: Their indices.
+HOME, AWAY = 0, 1
 BODIES = ("ball", *SIDES)
 ROLES = ("goalkeeper", "midfield", "striker")
 

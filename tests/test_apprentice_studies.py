@@ -34,8 +34,8 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.constant import Constant
 from pitchlore.pipeline.engine.games import next_of, take_game
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, Pair, results_of_pair
-from pitchlore.pipeline.seasons.settings import Season, parse_season
+from pitchlore.pipeline.stages.evaluations import Evaluation, Pair, results_of_pair
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow

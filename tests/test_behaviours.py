@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import changed, consecutive, goals, sequences_of, situations
 
-from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
-from pitchlore.pipeline.behaviours.select import select
 from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
+from pitchlore.pipeline.stages.behaviours.grams import cover, grams, merge, spelt
+from pitchlore.pipeline.stages.behaviours.select import select
 from pitchlore.schemas import ROLES, Grams, Patterns
 
 #: The paper's selection: the mean value by the next goal.

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from test_policies import GUIDE, KICK, PLAIN, decisions, occasions
 
 from pitchlore.pipeline.numbers.statistics import welch, welch_of
-from pitchlore.pipeline.policies.certainty import returns_of, states_of
-from pitchlore.pipeline.policies.returns import by_pair, returns, together
-from pitchlore.pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED
-from pitchlore.pipeline.policies.train import train
 from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.certainty import returns_of, states_of
+from pitchlore.pipeline.stages.policies.returns import by_pair, returns, together
+from pitchlore.pipeline.stages.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED
+from pitchlore.pipeline.stages.policies.train import train
 from pitchlore.pipeline.state import encode
 from pitchlore.pipeline.state.keys import columns
 from pitchlore.pipeline.state.table import LEVELS, TABLE

@@ -14,14 +14,12 @@ from support.rows import bodies
 
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.events.derive import events
-from pitchlore.pipeline.events.in_way import in_way
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import ChanceSettings, EventSettings, Settings, TrajectorySettings
-from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.work import Made
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values.chances import (
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.events.in_way import in_way
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.values.chances import (
     FEATURES,
     ShotModels,
     chances,
@@ -29,7 +27,9 @@ from pitchlore.pipeline.values.chances import (
     chances_to_bytes,
     shot_features,
 )
-from pitchlore.pipeline.values.shooting import CONTROLS, fit_shots, left_out
+from pitchlore.pipeline.stages.values.shooting import CONTROLS, fit_shots, left_out
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.content.answers import kept
 from pitchlore.pipeline.views.scout.content.chances import known_in, rests_on, size, with_chances
 from pitchlore.pipeline.views.scout.content.matches import line

@@ -23,7 +23,7 @@ from pitchlore.pipeline.numbers.statistics import (
     welch,
     wilson,
 )
-from pitchlore.pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
+from pitchlore.pipeline.stages.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
 from pitchlore.schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"

@@ -17,10 +17,10 @@ from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.events.control import ball_control
 from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.stages.events.control import ball_control
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.schemas import ROLES, Appraisals
 
 #: 0.4 s are 24 frames.

@@ -38,8 +38,8 @@ from pitchlore.pipeline.engine.run import import_recordings
 from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.engine.verify import verify_all
-from pitchlore.pipeline.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.seasons.settings import Season, parse_season
+from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 pytestmark = [pytest.mark.slow]

@@ -13,12 +13,12 @@ from support.logs import referee_rows
 from support.scenes import film, goes, stands
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.events.derive import events as found_in
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.goals import attribute
 from pitchlore.pipeline.settings import EventSettings, Settings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.events.derive import events as found_in
+from pitchlore.pipeline.stages.goals import attribute
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
 from pitchlore.pipeline.views.commentary.moments import of_the_referee
 from pitchlore.pipeline.views.commentary.spells import spells

@@ -92,7 +92,7 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
         raise ZeroDivisionError
 
     fill(tmp_path, clips)
-    monkeypatch.setattr("pitchlore.pipeline.goals.attribute", refuse)
+    monkeypatch.setattr("pitchlore.pipeline.stages.goals.attribute", refuse)
     report = run(tmp_path)
     failed = report.stage("goals")
     assert (len(failed.failed), failed.cost.pieces, failed.cost.bytes_out > 0) == (2, 2, True)  # the quarantine's

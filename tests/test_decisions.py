@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
-from pitchlore.pipeline.behaviours.grams import cover
-from pitchlore.pipeline.decisions import complete, disjoint_instances, observed_decisions
 from pitchlore.pipeline.game.episodes import episodes
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.sequences.derive import choices, sequences
-from pitchlore.pipeline.sequences.windows import followed
 from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.stages.behaviours.grams import cover
+from pitchlore.pipeline.stages.decisions import complete, disjoint_instances, observed_decisions
+from pitchlore.pipeline.stages.sequences.derive import choices, sequences
+from pitchlore.pipeline.stages.sequences.windows import followed
 from pitchlore.pipeline.state import elements, encode
 from pitchlore.schemas import Decisions, Goals, Referee, Sequences
 

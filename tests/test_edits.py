@@ -20,8 +20,8 @@ from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, Settings
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow
@@ -99,7 +99,7 @@ def test_a_comment_changes_nothing(brought, tmp_path):
     """Data made by the code before a comment and after it are the same, and a run finds nothing to do."""
     tree = tmp_path / "tree"
     environment = trees.copied(tree, "pitchlore", "pipeline", "flows", "schemas")
-    for edited in ("pipeline/views/replay/__init__.py", "pipeline/situations/recognise.py", "pipeline/engine/stage.py"):
+    for edited in ("pipeline/views/replay/__init__.py", "pipeline/stages/situations/recognise.py", "pipeline/engine/stage.py"):
         with (tree / edited).open("a") as module:
             module.write("\n# a remark\n")
     data = tmp_path / "data"

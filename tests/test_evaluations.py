@@ -16,8 +16,8 @@ from pitchlore.pipeline.base.errors import BadSettings, NotFound, WorkerLost
 from pitchlore.pipeline.engine import evaluations as flow
 from pitchlore.pipeline.engine.placement.processes import Processes
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, results_of_pair, summarise
 from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation, Pair, results_of_pair, summarise
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Evaluations, Policies
 

@@ -10,13 +10,13 @@ import pytest
 from support.logs import make_log, ns
 from support.recordings import ALL, INSPER, imported
 
-from pitchlore.pipeline.events.derive import Events, events
-from pitchlore.pipeline.events.shots import ROLLING
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog
+from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.schemas import Passes, Possession, Pressure, Restarts, Shots
+from pitchlore.pipeline.stages.events.derive import Events, events
+from pitchlore.pipeline.stages.events.shots import ROLLING
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.schemas import AWAY, HOME, Passes, Possession, Pressure, Restarts, Shots
 
 
 def found(log: MatchLog, **changes: float) -> Events:

@@ -32,8 +32,8 @@ from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import SituationSettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
 
 # For how many of the scenes the final condition must be reached (other codes: 0.7).
 AT_LEAST = {11: 0.5, 22: 0.5, 23: 0.5, 45: 0.4}

@@ -18,13 +18,13 @@ from support.handmade import handmade
 from support.tracking import read
 
 from pitchlore.pipeline.base.errors import BadRecording
-from pitchlore.pipeline.events.derive import events
-from pitchlore.pipeline.events.restarts import kind_of
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import Heights, MatchLog
 from pitchlore.pipeline.settings import EventSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.events.restarts import kind_of
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import ExportedMatch
 from pitchlore.pipeline.views.exports.formats import FORMATS

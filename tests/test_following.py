@@ -25,8 +25,8 @@ from pitchlore.pipeline.live.following import Follower, LiveSnapshot
 from pitchlore.pipeline.live.frames import framing, pitch_of
 from pitchlore.pipeline.matches.frame import Frames
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Situations
 
 PICTURE_NS = 25_000_000

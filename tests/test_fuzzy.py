@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.pitch import SCALES, Kind
-from pitchlore.pipeline.situations import fuzzy, signals
-from pitchlore.pipeline.situations.conditions import compile_conditions, execute
-from pitchlore.pipeline.situations.fuzzy import Trapezoid, Variable
-from pitchlore.pipeline.situations.matching import ROUNDING
-from pitchlore.pipeline.situations.rulebook import variable_of
-from pitchlore.pipeline.situations.rules import MACROS, RULES
+from pitchlore.pipeline.stages.situations import fuzzy, signals
+from pitchlore.pipeline.stages.situations.conditions import compile_conditions, execute
+from pitchlore.pipeline.stages.situations.fuzzy import Trapezoid, Variable
+from pitchlore.pipeline.stages.situations.matching import ROUNDING
+from pitchlore.pipeline.stages.situations.rulebook import variable_of
+from pitchlore.pipeline.stages.situations.rules import MACROS, RULES
 
 ALL_TERMS = [
     pytest.param(term, domain, id=f"{kind} {variable} {name}")

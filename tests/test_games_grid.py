@@ -24,9 +24,9 @@ from support.planning import (
 from support.small_games import named, tables
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
-from pitchlore.pipeline.paradigms.games.game import Game
-from pitchlore.pipeline.paradigms.games.grid import grid_world
-from pitchlore.pipeline.paradigms.games.matrix import (
+from pitchlore.pipeline.stages.paradigms.games.game import Game
+from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
+from pitchlore.pipeline.stages.paradigms.games.matrix import (
     climbing,
     matrix_game,
     pure_equilibria,

@@ -8,11 +8,10 @@ from support.logs import make_log, ns
 from support.recordings import read
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.goals import attribute
-from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.settings import GoalSettings, TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.schemas import Goals, Situations
+from pitchlore.pipeline.stages.goals import attribute
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.schemas import AWAY, HOME, Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]
 

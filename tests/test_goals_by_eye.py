@@ -9,10 +9,10 @@ import pytest
 from conftest import ROOT
 from support.recordings import RCSS, RSIM, SSL, read, recording
 
-from pitchlore.pipeline.goals import attribute
 from pitchlore.pipeline.settings import GoalSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.goals import attribute
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 VERDICTS = pl.read_csv(ROOT / "data" / "studies" / "labels" / "goals.csv")
 PLAYED = ("static-static.mcap", "static-human-like.mcap")

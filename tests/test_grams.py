@@ -9,10 +9,11 @@ from polars.testing import assert_frame_equal
 from support.rows import SIDES, changed, consecutive, goals, patterns, sequences_of, situations
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
-from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.numbers.sums import exact
-from pitchlore.pipeline.sequences.derive import value
-from pitchlore.pipeline.sequences.windows import (
+from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.stages.behaviours.grams import cover, grams, merge, spelt
+from pitchlore.pipeline.stages.sequences.derive import value
+from pitchlore.pipeline.stages.sequences.windows import (
     codes_of,
     followed,
     keys_of,
@@ -22,7 +23,6 @@ from pitchlore.pipeline.sequences.windows import (
     side_of,
     windows,
 )
-from pitchlore.pipeline.settings import GramSettings
 from pitchlore.schemas import Sequences
 
 HALF = GramSettings(alpha=0.5, tick_s=1.0, outcome="paper")

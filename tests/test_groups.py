@@ -14,15 +14,12 @@ from polars.testing import assert_frame_equal
 
 from pitchlore.pipeline import matches as log_format
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
-from pitchlore.pipeline.decisions import decision_digests
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit as emit_version
-from pitchlore.pipeline.knowledge import merge_behaviours, merge_occasions, occasions
-from pitchlore.pipeline.sequences.windows import windows
 from pitchlore.pipeline.settings import (
     BehaviourSettings,
     GramSettings,
@@ -31,7 +28,10 @@ from pitchlore.pipeline.settings import (
     Settings,
     SideSettings,
 )
-from pitchlore.pipeline.sides.teams import Team
+from pitchlore.pipeline.stages.decisions import decision_digests
+from pitchlore.pipeline.stages.knowledge import merge_behaviours, merge_occasions, occasions
+from pitchlore.pipeline.stages.sequences.windows import windows
+from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.state.table import LEVELS
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask

@@ -13,11 +13,10 @@ from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.games import done, store_of
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.matches.frame import AWAY
-from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.sessions import human, person
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import Games
+from pitchlore.schemas import AWAY, Games
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 

@@ -16,11 +16,7 @@ from support.recordings import RSIM, imported, recording
 from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
 
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
-from pitchlore.pipeline.behaviours.grams import grams, spelt
-from pitchlore.pipeline.decisions import observed_decisions
-from pitchlore.pipeline.goals import attribute
 from pitchlore.pipeline.importers.tracking.mapping import load_map
-from pitchlore.pipeline.sequences.derive import sequences, value
 from pitchlore.pipeline.settings import (
     GoalSettings,
     GramSettings,
@@ -30,11 +26,15 @@ from pitchlore.pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values.fitting import fit
-from pitchlore.pipeline.values.moments import moments
-from pitchlore.pipeline.values.worths import values, worths
+from pitchlore.pipeline.stages.behaviours.grams import grams, spelt
+from pitchlore.pipeline.stages.decisions import observed_decisions
+from pitchlore.pipeline.stages.goals import attribute
+from pitchlore.pipeline.stages.sequences.derive import sequences, value
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.values.fitting import fit
+from pitchlore.pipeline.stages.values.moments import moments
+from pitchlore.pipeline.stages.values.worths import values, worths
 from pitchlore.schemas import Decisions, Goals, Moments, Sequences, Values, Worths
 
 

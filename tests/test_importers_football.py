@@ -137,9 +137,9 @@ def test_dead_ball_stops_play() -> None:
 @NEEDS_KLOPPY
 def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
     """A ball above everybody's reach is nobody's: touches, possession and situations know its height."""
-    from pitchlore.pipeline.events.derive import events
     from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
-    from pitchlore.pipeline.trajectories.derive import trajectories
+    from pitchlore.pipeline.stages.events.derive import events
+    from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
     match = shipped("pff")
     bodies, _ = trajectories(match, TrajectorySettings())

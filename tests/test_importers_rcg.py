@@ -16,8 +16,8 @@ from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.rcg import reading as rcg
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
-from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog
-from pitchlore.schemas import Commands
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.schemas import AWAY, HOME, Commands
 
 PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"
 # the tail of a player's group differs between versions and states: arm, focus, stamina, counts

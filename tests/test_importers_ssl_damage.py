@@ -299,7 +299,7 @@ def test_a_full_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     file.write_bytes(log(WHOLE))
     store = Store(tmp_path / "data")
     with monkeypatch.context() as full:
-        full.setattr("pitchlore.pipeline.store.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
+        full.setattr("pitchlore.pipeline.base.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
         with pytest.raises(StorageFailed) as told:
             import_recording(store, Recording(file=file))
     assert str(told.value) == (

@@ -19,7 +19,8 @@ from support import ssl_messages as ssl
 from support.recordings import SSL, imported, recording
 
 from pitchlore.pipeline.importers.readers import open_source, read
-from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog, wrap
+from pitchlore.pipeline.matches.frame import MatchLog, wrap
+from pitchlore.schemas import AWAY, HOME
 
 PEER = ROOT / ".venv-counterparts" / "bin" / "python"
 #: Seconds by which camera 1 captures later than camera 0.

@@ -18,10 +18,10 @@ from support.scenes import SCENES, film, goes
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.dense import Densifier, dense_match
-from pitchlore.pipeline.situations.incremental import Recogniser
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations.dense import Densifier, dense_match
+from pitchlore.pipeline.stages.situations.incremental import Recogniser
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Situations
 
 DEFAULT = SituationSettings()

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pitchlore.pipeline.policies.influence import Influence, opinion_on
-from pitchlore.pipeline.policies.sarsa import (
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.influence import Influence, opinion_on
+from pitchlore.pipeline.stages.policies.sarsa import (
     CONTINUES,
     TERMINAL,
     TRACE_FLOOR,
@@ -16,7 +17,6 @@ from pitchlore.pipeline.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
-from pitchlore.pipeline.settings import PolicySettings
 
 PAIRS = 5
 

@@ -10,7 +10,7 @@ from support.literal import BALL, Match
 from support.scenes import film, goes, stands, walk
 
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.situations.dense import dense_match
+from pitchlore.pipeline.stages.situations.dense import dense_match
 
 
 def jolted(ball, seconds, *, hz=40.0, kind=Kind.VSSS, drop=()):

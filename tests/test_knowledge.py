@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import MATCH, patterns
 
-from pitchlore.pipeline import knowledge
-from pitchlore.pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import KnowledgeSettings
-from pitchlore.pipeline.sides.teams import Team
+from pitchlore.pipeline.stages import knowledge
+from pitchlore.pipeline.stages.knowledge import behaviours, diff, merge_behaviours, merge_occasions
+from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.state import encode
 from pitchlore.schemas import ROLES, SIDES, Behaviours, Decisions, Occasions, Sides
 

@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.steps import ACTIONS, AGENTS, OBSERVATIONS, floats, ints, learn, learned, plays, vectors
 
-from pitchlore.pipeline.paradigms.rules import rules
-from pitchlore.pipeline.paradigms.rules.iq import IQ
-from pitchlore.pipeline.paradigms.rules.ivq import IVQ
-from pitchlore.pipeline.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.paradigms.rules.memory import Memory, memory_of
-from pitchlore.pipeline.paradigms.rules.rules import rule_number
+from pitchlore.pipeline.stages.paradigms.rules import rules
+from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
+from pitchlore.pipeline.stages.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.stages.paradigms.rules.memory import Memory, memory_of
+from pitchlore.pipeline.stages.paradigms.rules.rules import rule_number
 
 PAPER = [IQ, JAQ, IVQ]
 

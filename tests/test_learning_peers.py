@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pitchlore.pipeline.paradigms.rules.distributed import KEPT, Distributed
-from pitchlore.pipeline.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
-from pitchlore.pipeline.paradigms.rules.hysteretic import Hysteretic
-from pitchlore.pipeline.paradigms.rules.iq import IQ
-from pitchlore.pipeline.paradigms.rules.lenient import TEMPERATURE, Lenient
-from pitchlore.pipeline.paradigms.rules.memory import AUX, Memory, Transition, memory_of
-from pitchlore.pipeline.paradigms.rules.rules import RULES, rule_number
-from pitchlore.pipeline.paradigms.rules.selection import ActionSelection, selection_weights
-from pitchlore.pipeline.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
+from pitchlore.pipeline.stages.paradigms.rules.distributed import KEPT, Distributed
+from pitchlore.pipeline.stages.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
+from pitchlore.pipeline.stages.paradigms.rules.hysteretic import Hysteretic
+from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
+from pitchlore.pipeline.stages.paradigms.rules.lenient import TEMPERATURE, Lenient
+from pitchlore.pipeline.stages.paradigms.rules.memory import AUX, Memory, Transition, memory_of
+from pitchlore.pipeline.stages.paradigms.rules.rules import RULES, rule_number
+from pitchlore.pipeline.stages.paradigms.rules.selection import ActionSelection, selection_weights
+from pitchlore.pipeline.stages.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
 NAMES = ["iq", "hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
 LEARNERS = [IQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC]

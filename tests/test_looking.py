@@ -17,10 +17,10 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import action_value as worth
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.policies.appraise import actions, fit_action_values
-from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
-from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.stages.policies.appraise import actions, fit_action_values
+from pitchlore.pipeline.stages.sequences.sights import sights
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import (
     SIDES,

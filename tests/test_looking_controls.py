@@ -12,7 +12,7 @@ from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
 from pitchlore.pipeline.arena.match.controllers import controllers_of
 from pitchlore.pipeline.arena.teams.appraising import action_value as worth
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
-from pitchlore.pipeline.matches.frame import HOME
+from pitchlore.schemas import HOME
 
 
 def unseeing(late_s=None, **how):

@@ -7,6 +7,7 @@ import json
 import pytest
 from conftest import clip
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.matches import Recording, import_recording, read_match
 from pitchlore.pipeline.engine.memory import MemoryInputs
@@ -16,7 +17,6 @@ from pitchlore.pipeline.importers.readers import open_source
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import digest
 from pitchlore.pipeline.store.tables import to_parquet
 from pitchlore.schemas import Choices
 

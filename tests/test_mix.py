@@ -12,8 +12,8 @@ from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.settings import Settings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 pytestmark = pytest.mark.slow
 

@@ -17,10 +17,10 @@ from pitchlore.pipeline.engine.stage import Output, Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.numbers import trees
 from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.stages.values.fitting import fit, grow
+from pitchlore.pipeline.stages.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.pipeline.values.fitting import fit, grow
-from pitchlore.pipeline.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
 from pitchlore.schemas import Moments
 from pitchlore.schemas.values import FEATURES, NAMED
 

@@ -9,7 +9,7 @@ from support.of_values import NAMES, VSSS, looked_at, referee, tracks
 from support.rows import S
 
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.values.moments import BallStates, RobotStates, features
+from pitchlore.pipeline.stages.values.moments import BallStates, RobotStates, features
 from pitchlore.schemas.values import FEATURES, NAMED
 
 NEAR = SCALES[Kind.VSSS].near

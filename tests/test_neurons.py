@@ -11,12 +11,12 @@ from minisom import MiniSom
 from test_behaviours import ANY, BUSY, table
 from test_rounds import league_of, leagues
 
-from pitchlore.pipeline.behaviours.neurons import distances, neurons
-from pitchlore.pipeline.behaviours.rounds import learn
-from pitchlore.pipeline.behaviours.select import select
-from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, train_map
 from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
-from pitchlore.pipeline.sides.teams import Team
+from pitchlore.pipeline.stages.behaviours.neurons import distances, neurons
+from pitchlore.pipeline.stages.behaviours.rounds import learn
+from pitchlore.pipeline.stages.behaviours.select import select
+from pitchlore.pipeline.stages.behaviours.som import SelfOrganisingMap, train_map
+from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.schemas import Neurons
 
 

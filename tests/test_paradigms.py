@@ -14,23 +14,23 @@ from support.planning import index_of
 from support.points import point, table
 from support.training import learn
 
-from pitchlore.pipeline.paradigms import curves, runner
-from pitchlore.pipeline.paradigms.curves import Curve, Exploration
-from pitchlore.pipeline.paradigms.experiments import OTHER_GAMES, Design, sweeps
-from pitchlore.pipeline.paradigms.games import matrix
-from pitchlore.pipeline.paradigms.games.grid import grid_world
-from pitchlore.pipeline.paradigms.readings import informative
-from pitchlore.pipeline.paradigms.rules.distributed import Distributed
-from pitchlore.pipeline.paradigms.rules.fmq import FMQ
-from pitchlore.pipeline.paradigms.rules.hysteretic import Hysteretic
-from pitchlore.pipeline.paradigms.rules.iq import IQ
-from pitchlore.pipeline.paradigms.rules.ivq import IVQ
-from pitchlore.pipeline.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.paradigms.rules.lenient import Lenient
-from pitchlore.pipeline.paradigms.rules.rules import RULES
-from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
-from pitchlore.pipeline.paradigms.rules.wolf_phc import WoLFPHC
-from pitchlore.pipeline.paradigms.runner import Runs, Training, play_runs, stream
+from pitchlore.pipeline.stages.paradigms import curves, runner
+from pitchlore.pipeline.stages.paradigms.curves import Curve, Exploration
+from pitchlore.pipeline.stages.paradigms.experiments import OTHER_GAMES, Design, sweeps
+from pitchlore.pipeline.stages.paradigms.games import matrix
+from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
+from pitchlore.pipeline.stages.paradigms.readings import informative
+from pitchlore.pipeline.stages.paradigms.rules.distributed import Distributed
+from pitchlore.pipeline.stages.paradigms.rules.fmq import FMQ
+from pitchlore.pipeline.stages.paradigms.rules.hysteretic import Hysteretic
+from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
+from pitchlore.pipeline.stages.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.stages.paradigms.rules.lenient import Lenient
+from pitchlore.pipeline.stages.paradigms.rules.rules import RULES
+from pitchlore.pipeline.stages.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.stages.paradigms.rules.wolf_phc import WoLFPHC
+from pitchlore.pipeline.stages.paradigms.runner import Runs, Training, play_runs, stream
 from pitchlore.schemas import Paradigms
 
 SEEDS = (7, 11)

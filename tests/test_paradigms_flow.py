@@ -13,8 +13,8 @@ from pitchlore.flows.cli import main
 from pitchlore.flows.paradigms import play_paradigms
 from pitchlore.pipeline.engine.paradigms import points_of, reports
 from pitchlore.pipeline.engine.progress import StageReport
-from pitchlore.pipeline.paradigms import experiments
-from pitchlore.pipeline.paradigms.experiments import Design
+from pitchlore.pipeline.stages.paradigms import experiments
+from pitchlore.pipeline.stages.paradigms.experiments import Design
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.schemas import Paradigms, Verdicts
@@ -84,7 +84,7 @@ def test_other_seed(played):
 @pytest.mark.slow
 def test_failing_sweep(tmp_path, monkeypatch):
     """A sweep that fails is reported, and the others stand."""
-    from pitchlore.pipeline.paradigms import curves
+    from pitchlore.pipeline.stages.paradigms import curves
 
     def broken(k):
         raise MemoryError("no room")

@@ -36,7 +36,7 @@ from pitchlore.pipeline.arena.teams.steering import (
 from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
 from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.trajectories import kinematics
+from pitchlore.pipeline.stages.trajectories import kinematics
 
 PACKED = M.packed()
 

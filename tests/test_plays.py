@@ -14,7 +14,7 @@ from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.games import Turn, store_of, take_game
 from pitchlore.pipeline.engine.teams import apprentice, entrant, learned_team
-from pitchlore.pipeline.seasons.settings import Season, parse_season
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 _SHORT = "games = 1\npractice = 1\n[referee]\nduration_s = 20"

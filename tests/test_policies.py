@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
-from pitchlore.pipeline.policies.sarsa import (
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.sarsa import (
     CONTINUES,
     TERMINAL,
     TRUNCATED,
@@ -15,8 +16,7 @@ from pitchlore.pipeline.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
-from pitchlore.pipeline.policies.train import train
-from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.train import train
 from pitchlore.pipeline.state import encode, project
 from pitchlore.schemas import ROLES, Decisions, Occasions, Policies
 

@@ -4,13 +4,13 @@ import polars as pl
 import pytest
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.decisions import decision_digests
 from pitchlore.pipeline.engine.knowledge import label_of
 from pitchlore.pipeline.engine.policies import batch
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.decisions import decision_digests
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Behaviours, Decisions, Occasions, Policies, Sides

@@ -18,8 +18,8 @@ from pitchlore.pipeline.arena.teams.constant import constant
 from pitchlore.pipeline.arena.teams.predicting import Predictor, predict
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.stages.sequences.sights import sights
 from pitchlore.schemas import Values
 from pitchlore.schemas.sights import SIGHT
 

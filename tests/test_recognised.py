@@ -20,12 +20,12 @@ from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.recognised import with_recognition
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.situations.rules import TABLE_1
-from pitchlore.pipeline.situations.usual import recognition
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
+from pitchlore.pipeline.stages.situations.usual import recognition
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
-USUAL = json.loads(Path("pipeline/situations/usual.json").read_text())
+USUAL = json.loads(Path("pipeline/stages/situations/usual.json").read_text())
 
 
 def poor(match: MatchLog) -> list[str]:

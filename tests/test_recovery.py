@@ -67,7 +67,7 @@ def test_failure_everywhere(tmp_path, clips, finished, monkeypatch):
         raise ZeroDivisionError("sequences")
 
     with monkeypatch.context() as patch:
-        patch.setattr("pitchlore.pipeline.sequences.derive.sequences", broken)
+        patch.setattr("pitchlore.pipeline.stages.sequences.derive.sequences", broken)
         report = run(tmp_path)
     assert len(report.failures) == 2
     assert report.knowledge is report.policy is None

@@ -39,12 +39,12 @@ from pitchlore.pipeline.arena.physics.referee import (
 from pitchlore.pipeline.arena.physics.restarts import restart
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y, see
 from pitchlore.pipeline.matches import table as matches_table
-from pitchlore.pipeline.matches.frame import AWAY, HOME, home_attacks
+from pitchlore.pipeline.matches.frame import home_attacks
 from pitchlore.pipeline.matches.reader import read
 from pitchlore.pipeline.matches.recorder import write
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.schemas import Referee
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.schemas import AWAY, HOME, Referee
 
 # ---- goals
 

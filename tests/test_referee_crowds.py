@@ -35,7 +35,7 @@ from pitchlore.pipeline.arena.physics.referee import (
 )
 from pitchlore.pipeline.game.bodies import BALL, VX, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.schemas import AWAY, HOME
 
 #: The laws of the first release: only a crowd that lasts is a foul.
 FORGETFUL = Laws.of(VSSS, RefereeSettings(remember_crowds=False), 60.0)

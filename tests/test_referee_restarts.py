@@ -30,7 +30,7 @@ from pitchlore.pipeline.arena.physics.restarts import restart
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.matches.frame import AWAY, HOME
+from pitchlore.schemas import AWAY, HOME
 
 # ---- restarts
 

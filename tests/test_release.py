@@ -11,7 +11,7 @@ from importlib.metadata import packages_distributions
 import pytest
 from conftest import ROOT
 
-from pitchlore import pipeline
+import pitchlore
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 LOCKS = ("requirements.lock", "requirements-dev.lock")
@@ -123,7 +123,7 @@ def test_versions_agree():
     """The package, the citation and the project have one version and one licence."""
     citation = text("CITATION.cff")
     version = PROJECT["project"]["version"]
-    assert pipeline.__version__ == version
+    assert pitchlore.__version__ == version
     assert f"\nversion: {version}\n" in citation
     assert f"\nlicense: {PROJECT['project']['license']}\n" in citation
     newest = re.search(r"^## (.*)$", text("CHANGELOG.md"), re.MULTILINE)[1]

@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from support.league import HOSTILE
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.sequences.windows import codes_of, role_of, windows
+from pitchlore.pipeline.stages.sequences.windows import codes_of, role_of, windows
 from pitchlore.pipeline.views.replay import _worn, linked
 from pitchlore.pipeline.views.scout.content import replays
 from pitchlore.pipeline.views.scout.content.learned import Learned
@@ -65,7 +65,7 @@ def commonest(own: pl.DataFrame) -> pl.DataFrame:
 
 @pytest.mark.slow
 def test_behaviours_are_found(store, replay, page):
-    """The page finds the occurrences that pipeline.sequences.windows finds of each behaviour by itself."""
+    """The page finds the occurrences that pipeline.stages.sequences.windows finds of each behaviour by itself."""
     match = next(it for it in played(store) if it.name in replay)
     known = newest(store)
     page.goto(f"{replay}#paused")

@@ -14,12 +14,12 @@ from test_replay import MS, make
 from test_replay import trajectories as samples
 from test_replay_finds import replay, shown  # noqa: F401 (fixtures)
 
-from pitchlore.pipeline.events.derive import events
-from pitchlore.pipeline.goals import attribute as goals
 from pitchlore.pipeline.matches.table import row as matches_row
 from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.goals import attribute as goals
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.commentary import commentary
 from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.schemas import Goals, Referee

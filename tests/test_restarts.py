@@ -7,13 +7,13 @@ import pytest
 from support.recordings import ALL, RSIM, imported
 from test_events import GIVE, HOME, found, match
 
-from pitchlore.pipeline.events.derive import events
-from pitchlore.pipeline.events.restarts import kind_of
 from pitchlore.pipeline.importers.rcg.events import _RESTARTS
 from pitchlore.pipeline.importers.tracking.states import _WORDS_OF
 from pitchlore.pipeline.numbers.statistics import wilson
 from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.events.restarts import kind_of
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.scout.restarts import SOON_S, any_moment, paid
 from pitchlore.schemas import Restarts
 from pitchlore.schemas.restarts import RESTARTS

@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import changed, consecutive, goals, sequences_of, situations
 
-from pitchlore.pipeline.behaviours.grams import cover, grams, merge, spelt
-from pitchlore.pipeline.behaviours.rounds import learn
-from pitchlore.pipeline.behaviours.select import select
-from pitchlore.pipeline.decisions import all_decisions, decision_digests, observed_decisions
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.sequences import league
-from pitchlore.pipeline.sequences.windows import side_of
 from pitchlore.pipeline.settings import BehaviourSettings, ModelSettings, RoundSettings, Settings
-from pitchlore.pipeline.sides.teams import Team, as_of, of_sides
+from pitchlore.pipeline.stages.behaviours.grams import cover, grams, merge, spelt
+from pitchlore.pipeline.stages.behaviours.rounds import learn
+from pitchlore.pipeline.stages.behaviours.select import select
+from pitchlore.pipeline.stages.decisions import all_decisions, decision_digests, observed_decisions
+from pitchlore.pipeline.stages.sequences import league
+from pitchlore.pipeline.stages.sequences.windows import side_of
+from pitchlore.pipeline.stages.sides.teams import Team, as_of, of_sides
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import SIDES, Choices, Decisions, Grams, Patterns
 

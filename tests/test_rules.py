@@ -18,13 +18,13 @@ from support.training import learn
 
 from pitchlore import pipeline
 from pitchlore.pipeline import _kernels
-from pitchlore.pipeline.paradigms.games import matrix
-from pitchlore.pipeline.paradigms.games.grid import grid_world
-from pitchlore.pipeline.paradigms.rules.kernel import kernel, switch
-from pitchlore.pipeline.paradigms.rules.rules import RULES, AnyLearner
-from pitchlore.pipeline.paradigms.rules.selection import ActionSelection
-from pitchlore.pipeline.paradigms.runner import Testing as Trial
-from pitchlore.pipeline.paradigms.runner import Training, play_runs, stream
+from pitchlore.pipeline.stages.paradigms.games import matrix
+from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
+from pitchlore.pipeline.stages.paradigms.rules.kernel import kernel, switch
+from pitchlore.pipeline.stages.paradigms.rules.rules import RULES, AnyLearner
+from pitchlore.pipeline.stages.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.stages.paradigms.runner import Testing as Trial
+from pitchlore.pipeline.stages.paradigms.runner import Training, play_runs, stream
 
 SEEDS = (5,)
 GAMES = {

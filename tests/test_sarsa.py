@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
-from pitchlore.pipeline.policies.sarsa import (
+from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.sarsa import (
     CONTINUES,
     TERMINAL,
     TRACE_FLOOR,
@@ -19,7 +20,6 @@ from pitchlore.pipeline.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
-from pitchlore.pipeline.settings import PolicySettings
 
 PAIRS = 6
 

@@ -16,14 +16,14 @@ from support.recordings import INSPER, RSIM, imported
 
 from pitchlore.flows.cli import main
 from pitchlore.pipeline.engine.matches import Recording, import_recording
-from pitchlore.pipeline.events.derive import events
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.goals import attribute as goals
 from pitchlore.pipeline.matches.table import row as matches_row
 from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.goals import attribute as goals
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.trajectories.derive import trajectories
 from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.pipeline.views.scout.content.sources import team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages

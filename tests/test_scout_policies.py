@@ -22,9 +22,9 @@ from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings, SituationSettings
-from pitchlore.pipeline.situations import fuzzy
-from pitchlore.pipeline.situations.rulebook import term_table, terms_used
-from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.stages.situations import fuzzy
+from pitchlore.pipeline.stages.situations.rulebook import term_table, terms_used
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.state import encode
 from pitchlore.pipeline.state.table import LEVELS
 from pitchlore.pipeline.state.words import elements_of, levels_in_words

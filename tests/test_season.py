@@ -11,8 +11,14 @@ from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.seasons import settings
-from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named_settings, names, parse_season
+from pitchlore.pipeline.stages.seasons import settings
+from pitchlore.pipeline.stages.seasons.settings import (
+    Season,
+    SeasonSettings,
+    named_settings,
+    names,
+    parse_season,
+)
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, Growth, Matches, Occasions, Policies
 

@@ -9,9 +9,9 @@ from support.seasons import ablations, apprentices, evaluation, evolving, rising
 
 from pitchlore.pipeline.arena.teams.executors.actions import LIMIT_S
 from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
-from pitchlore.pipeline.report import table3
-from pitchlore.pipeline.report.claims import CLAIMS, season_verdicts
-from pitchlore.pipeline.report.measures import (
+from pitchlore.pipeline.stages.report import table3
+from pitchlore.pipeline.stages.report.claims import CLAIMS, season_verdicts
+from pitchlore.pipeline.stages.report.measures import (
     OTHER,
     SeasonTables,
     greatest_in_games,
@@ -25,7 +25,7 @@ from pitchlore.pipeline.report.measures import (
     slope,
     total,
 )
-from pitchlore.pipeline.report.summary import (
+from pitchlore.pipeline.stages.report.summary import (
     ablated,
     attributed,
     beside_table_3,

@@ -12,7 +12,7 @@ from pitchlore.flows.cli import main
 from pitchlore.pipeline.base.errors import StorageFailed
 from pitchlore.pipeline.engine import season as loop
 from pitchlore.pipeline.engine.season import play_seasons
-from pitchlore.pipeline.seasons.settings import Season, parse_season
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Games, Growth

@@ -5,12 +5,12 @@ import pytest
 from support.seasons import season, tables
 from test_season_tables import GAME, KICK, decisions, goals, match
 
-from pitchlore.pipeline.report.kickoffs import kick_offs
-from pitchlore.pipeline.report.measures import BRIEF, OTHER, OTHER_TIME
-from pitchlore.pipeline.report.report import about_comparisons
-from pitchlore.pipeline.report.sensitivity import sensitivity
-from pitchlore.pipeline.report.summary import beside_table_3, settings_compared
-from pitchlore.pipeline.seasons.tables import game_row
+from pitchlore.pipeline.stages.report.kickoffs import kick_offs
+from pitchlore.pipeline.stages.report.measures import BRIEF, OTHER, OTHER_TIME
+from pitchlore.pipeline.stages.report.report import about_comparisons
+from pitchlore.pipeline.stages.report.sensitivity import sensitivity
+from pitchlore.pipeline.stages.report.summary import beside_table_3, settings_compared
+from pitchlore.pipeline.stages.seasons.tables import game_row
 
 STATIC, HUMAN = "static", "human-like"
 S = 1_000_000_000

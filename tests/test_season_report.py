@@ -20,14 +20,14 @@ from pitchlore.pipeline.arena.teams.table import TEAMS
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation
-from pitchlore.pipeline.report.claims import season_verdicts
-from pitchlore.pipeline.report.document import code, markdown_table, picture, web_page
-from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER, seasons_of
-from pitchlore.pipeline.report.preferences import preferred_by_role
-from pitchlore.pipeline.report.report import markdown
-from pitchlore.pipeline.report.summary import beside_table_3, mean_curves
-from pitchlore.pipeline.seasons.settings import Season, parse_season
+from pitchlore.pipeline.stages.evaluations import Evaluation
+from pitchlore.pipeline.stages.report.claims import season_verdicts
+from pitchlore.pipeline.stages.report.document import code, markdown_table, picture, web_page
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE, OTHER, seasons_of
+from pitchlore.pipeline.stages.report.preferences import preferred_by_role
+from pitchlore.pipeline.stages.report.report import markdown
+from pitchlore.pipeline.stages.report.summary import beside_table_3, mean_curves
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.work import Made, Work

@@ -5,9 +5,9 @@ import pytest
 from support.rows import MATCH
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
-from pitchlore.pipeline.report import table3
-from pitchlore.pipeline.seasons.settings import Season, SeasonSettings
-from pitchlore.pipeline.seasons.tables import game_row, growth_rows, states_played
+from pitchlore.pipeline.stages.report import table3
+from pitchlore.pipeline.stages.seasons.settings import Season, SeasonSettings
+from pitchlore.pipeline.stages.seasons.tables import game_row, growth_rows, states_played
 from pitchlore.schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions, StatesPlayed
 
 #: The season and the number of the game; the state key is full36.

@@ -27,11 +27,11 @@ from pitchlore.pipeline.arena.teams.clock import PAPER
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.numbers.claims import Evidence, Range
 from pitchlore.pipeline.numbers.statistics import UNDEFINED, Estimate, wilson
-from pitchlore.pipeline.report.claims import CLAIMS, season_verdicts
-from pitchlore.pipeline.report.kickoffs import kick_offs
-from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER, seasons_of
-from pitchlore.pipeline.report.preferences import NO_PREFERENCES
-from pitchlore.pipeline.report.summary import mean_curves
+from pitchlore.pipeline.stages.report.claims import CLAIMS, season_verdicts
+from pitchlore.pipeline.stages.report.kickoffs import kick_offs
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE, OTHER, seasons_of
+from pitchlore.pipeline.stages.report.preferences import NO_PREFERENCES
+from pitchlore.pipeline.stages.report.summary import mean_curves
 from pitchlore.pipeline.views.report import ReportTables
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 

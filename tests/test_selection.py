@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from pitchlore.pipeline.paradigms.rules.selection import (
+from pitchlore.pipeline.stages.paradigms.rules.selection import (
     ActionSelection,
     boltzmann,
     epsilon_greedy,

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pitchlore.pipeline.paradigms import runner
-from pitchlore.pipeline.paradigms.curves import Curve
-from pitchlore.pipeline.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
-from pitchlore.pipeline.paradigms.games import matrix
-from pitchlore.pipeline.paradigms.rules.iq import IQ
-from pitchlore.pipeline.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.paradigms.rules.memory import memory_of
-from pitchlore.pipeline.paradigms.rules.rules import rule_number
-from pitchlore.pipeline.paradigms.runner import (
+from pitchlore.pipeline.stages.paradigms import runner
+from pitchlore.pipeline.stages.paradigms.curves import Curve
+from pitchlore.pipeline.stages.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
+from pitchlore.pipeline.stages.paradigms.games import matrix
+from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
+from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.stages.paradigms.rules.memory import memory_of
+from pitchlore.pipeline.stages.paradigms.rules.rules import rule_number
+from pitchlore.pipeline.stages.paradigms.runner import (
     Training,
     dynamics_of,
     learner_of,
@@ -22,7 +22,7 @@ from pitchlore.pipeline.paradigms.runner import (
     stream,
     trained,
 )
-from pitchlore.pipeline.paradigms.settling import Settling, greedy_joint_action
+from pitchlore.pipeline.stages.paradigms.settling import Settling, greedy_joint_action
 from pitchlore.schemas import Paradigms
 
 CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])

@@ -10,12 +10,12 @@ import pyarrow.parquet
 import pytest
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
-from pitchlore.pipeline.behaviours.select import select
-from pitchlore.pipeline.behaviours.shrinkage import valued
-from pitchlore.pipeline.knowledge import merge_behaviours
 from pitchlore.pipeline.numbers.estimates import estimated
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
+from pitchlore.pipeline.stages.behaviours.select import select
+from pitchlore.pipeline.stages.behaviours.shrinkage import valued
+from pitchlore.pipeline.stages.knowledge import merge_behaviours
 from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
 from pitchlore.schemas import Behaviours, Grams
 

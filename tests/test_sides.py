@@ -8,8 +8,16 @@ from polars.testing import assert_frame_equal
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.settings import SideSettings, parse_settings
-from pitchlore.pipeline.sides import sides
-from pitchlore.pipeline.sides.teams import Team, TeamRecord, imitated, of_sides, of_teams, sides_of, teams
+from pitchlore.pipeline.stages.sides import sides
+from pitchlore.pipeline.stages.sides.teams import (
+    Team,
+    TeamRecord,
+    imitated,
+    of_sides,
+    of_teams,
+    sides_of,
+    teams,
+)
 from pitchlore.schemas import SIDES, Sides
 
 pytestmark = pytest.mark.unit

@@ -18,10 +18,10 @@ from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.situations.rulebook import rule_table, term_table
-from pitchlore.pipeline.situations.rules import RULES, TABLE_1, Start
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.situations.rulebook import rule_table, term_table
+from pitchlore.pipeline.stages.situations.rules import RULES, TABLE_1, Start
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Situations
 
 VSSS = PITCHES[Kind.VSSS]
@@ -438,7 +438,7 @@ class TestProperties:
         table, _ = trajectories(imported(RSIM), TrajectorySettings())
         clip = table.filter(pl.col("t_ns") < 30 * 10**9)
         whole = recognise(clip, VSSS, DEFAULT)
-        monkeypatch.setattr("pitchlore.pipeline.situations.matching.REGISTERS", 3_000)
+        monkeypatch.setattr("pitchlore.pipeline.stages.situations.matching.REGISTERS", 3_000)
         assert_frame_equal(whole, recognise(clip, VSSS, DEFAULT))
 
 

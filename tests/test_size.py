@@ -21,9 +21,9 @@ CORE = {
         "pipeline/importers/*.py", "pipeline/importers/tracking/**/*.py", "pipeline/importers/rcg/**/*.py"),
     "store": ("pipeline/store/**/*.py",),
     "stages": (
-        *(f"pipeline/{noun}/**/*.py" for noun in (
+        *(f"pipeline/stages/{noun}/**/*.py" for noun in (
             "sides", "trajectories", "situations", "events", "values", "sequences", "behaviours", "policies")),
-        "pipeline/goals.py", "pipeline/decisions.py", "pipeline/knowledge.py"),
+        "pipeline/stages/goals.py", "pipeline/stages/decisions.py", "pipeline/stages/knowledge.py"),
     "state": ("pipeline/state/**/*.py",),
     "engine": ("pipeline/engine/**/*.py",),
     "face": ("pipeline/face/**/*.py",),

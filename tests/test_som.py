@@ -9,7 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from minisom import MiniSom
 
-from pitchlore.pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, maps_to_bytes, train_map
+from pitchlore.pipeline.stages.behaviours.som import (
+    SelfOrganisingMap,
+    best_matching_units,
+    maps_to_bytes,
+    train_map,
+)
 
 CODES = np.array([1, 11, 21, 44, 46, 57, 88, 118, 184, 194])
 

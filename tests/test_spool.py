@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pitchlore.pipeline.base.errors import StorageFailed
-from pitchlore.pipeline.store.spool import Spool
+from pitchlore.pipeline.base.spool import Spool
 
 
 @given(st.lists(st.binary(max_size=10_000)))

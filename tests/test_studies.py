@@ -197,7 +197,7 @@ def test_values(tmp_path, monkeypatch):
     assert set(pl.read_csv(STUDIES / "values" / "models.csv").columns) >= set(pl.read_csv(tmp_path / "models.csv").columns)
     monkeypatch.setattr(values.shipped, "_PAIRINGS", study.PAIRINGS)
     values.shipped.main(tmp_path / "shipped.json", matches=2)
-    made, there = (json.loads(path.read_text()) for path in (tmp_path / "shipped.json", ROOT / "pipeline/values/shipped.json"))
+    made, there = (json.loads(path.read_text()) for path in (tmp_path / "shipped.json", ROOT / "pipeline/stages/values/shipped.json"))
     assert made.keys() == there.keys()
 
 
@@ -205,7 +205,7 @@ def test_values(tmp_path, monkeypatch):
 def test_usual(tmp_path, monkeypatch):
     """Kinds with a recording that is absent stay; the sample gives its kind's rates again."""
     monkeypatch.setattr(usual.study, "THERE", False)
-    there = ROOT / "pipeline" / "situations" / "usual.json"
+    there = ROOT / "pipeline" / "stages" / "situations" / "usual.json"
     shutil.copy(there, tmp_path)
     usual.study.main(tmp_path / "usual.json", tmp_path)
     assert json.loads((tmp_path / "usual.json").read_text()) == json.loads(there.read_text())

@@ -16,7 +16,8 @@ from support.recordings import read
 from support.tracks import at_60hz, of, run, still
 
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
+from pitchlore.pipeline.matches.frame import Frames, MatchLog
+from pitchlore.schemas import AWAY, HOME
 
 # ---- velocities
 

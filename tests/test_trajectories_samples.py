@@ -14,10 +14,11 @@ from support.recordings import read
 from support.tracks import at_60hz, of, run, still
 
 from pitchlore.pipeline.base.errors import DamagedLog
-from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
+from pitchlore.pipeline.matches.frame import Frames, MatchLog
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.trajectories.timeline import order_samples
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.timeline import order_samples
+from pitchlore.schemas import AWAY, HOME
 
 # ---- order of samples
 

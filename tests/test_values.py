@@ -9,8 +9,8 @@ from support.of_values import NOTHING, looked_at, referee, tracks
 from support.rows import MATCH, S, consecutive, situations
 
 from pitchlore.pipeline.settings import ValueSettings
-from pitchlore.pipeline.values.models import shipped
-from pitchlore.pipeline.values.worths import values, worths
+from pitchlore.pipeline.stages.values.models import shipped
+from pitchlore.pipeline.stages.values.worths import values, worths
 from pitchlore.schemas import Moments, Values, Worths
 
 

@@ -16,6 +16,7 @@ from conftest import ROOT, clip
 from support import trees
 from support.processes import COMMAND_LINE
 
+import pitchlore
 from pitchlore import pipeline
 
 PACKAGES = ("pipeline", "flows", "schemas")  # of pitchlore
@@ -106,7 +107,7 @@ def test_without_links(tmp_path):
         link.write_text(target, encoding="utf-8")
     code = "from pitchlore import pipeline, flows, schemas; print(pipeline.__file__)"
     for words, said in ((["-c", code], str(tmp_path / "pipeline" / "__init__.py")),
-                        (["-c", COMMAND_LINE, "--version"], pipeline.__version__)):
+                        (["-c", COMMAND_LINE, "--version"], pitchlore.__version__)):
         done = subprocess.run([sys.executable, *words], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
                               capture_output=True, text=True, check=True)
         assert done.stdout.strip() == said
@@ -121,8 +122,8 @@ def test_files(wheel):
     assert {Path(name).suffix for name in wanted} == set(DATA)
     assert wanted <= held
     assert {f"pitchlore/shipped/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= held
-    assert {name.split("/")[0] for name in held} == {"pitchlore", f"pitchlore-{pipeline.__version__}.dist-info"}
-    licences = f"pitchlore-{pipeline.__version__}.dist-info/licenses"
+    assert {name.split("/")[0] for name in held} == {"pitchlore", f"pitchlore-{pitchlore.__version__}.dist-info"}
+    licences = f"pitchlore-{pitchlore.__version__}.dist-info/licenses"
     assert {f"{licences}/LICENSE", f"{licences}/NOTICE"} <= held
     assert not [name for name in held if "__pycache__" in name or name.endswith((".png", ".jsonl"))]
     assert {Path(name).suffix for name in held if name.startswith("pitchlore/shipped/studies/")} == {".csv"}

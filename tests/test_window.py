@@ -15,10 +15,9 @@ from pitchlore.flows.cli import main
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.human import DriveCommand
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import Matches, Referee
+from pitchlore.schemas import AWAY, HOME, Matches, Referee
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 

@@ -25,12 +25,13 @@ from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.digests import digest
+from pitchlore.pipeline.base.software import software
 from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.statistics import mean_interval
-from pitchlore.pipeline.seasons.settings import SeasonSettings, named_settings, parse_season
-from pitchlore.pipeline.store.receipts import digest, software
+from pitchlore.pipeline.stages.seasons.settings import SeasonSettings, named_settings, parse_season
 
 #: The checkout; its sample recording; where recordings may be that are not part of the project.
 ROOT = Path(__file__).parents[2]

@@ -30,8 +30,8 @@ from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
-from pitchlore.pipeline.seasons.settings import Season, named_settings
 from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.stages.seasons.settings import Season, named_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.write import write_pages as scouted

@@ -12,8 +12,7 @@ from pitchlore.flows.commands.addresses import At, Interface, addressed, listeni
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
 from pitchlore.flows.commands.printing import console, print_json, say
-from pitchlore.pipeline.live.driver import Job, Protocol, TeamColour, streams_of
-from pitchlore.pipeline.sessions.driving import drive_team
+from pitchlore.pipeline.sessions.driving import Job, Protocol, TeamColour, drive_team, streams_of
 
 
 def drive_robots(

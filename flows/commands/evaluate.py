@@ -28,13 +28,13 @@ from pitchlore.flows.commands.printing import console, print_frame, print_json, 
 from pitchlore.pipeline.arena.match.recipe import team_slug
 from pitchlore.pipeline.arena.teams.panel import PANEL
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.software import software
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.evaluations import Played, evaluate, measure
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, EvaluationSummary, Measured, summarise
+from pitchlore.pipeline.stages.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import software
 from pitchlore.schemas import note_on
 from pitchlore.schemas.evaluations import minutes_of, word_of
 

@@ -21,9 +21,9 @@ from pitchlore.pipeline.engine.paradigms import FigureReport, points_of, reports
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.numbers.statistics import wilson
-from pitchlore.pipeline.paradigms.claims import PEAK
-from pitchlore.pipeline.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
-from pitchlore.pipeline.paradigms.measures import PRINTED, fresh_leads
+from pitchlore.pipeline.stages.paradigms.claims import PEAK
+from pitchlore.pipeline.stages.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
+from pitchlore.pipeline.stages.paradigms.measures import PRINTED, fresh_leads
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Verdicts
 

@@ -17,10 +17,9 @@ from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.record import is_played, match_log, unplayed
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import SIDES, note_on
+from pitchlore.schemas import AWAY, HOME, SIDES, note_on
 
 # A person's match is short, unless they ask for more.
 _MINUTES = 2.0

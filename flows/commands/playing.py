@@ -20,7 +20,7 @@ from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import overlaid, toml_tables
 from pitchlore.pipeline.engine.teams import entrant, playing
-from pitchlore.pipeline.evaluations import Entrant
+from pitchlore.pipeline.stages.evaluations import Entrant
 from pitchlore.pipeline.store import Store
 
 #: Words that name teams, for help texts.

@@ -18,7 +18,7 @@ from rich.text import Text
 
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
-from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import note_on

@@ -15,12 +15,12 @@ from pitchlore.flows.reporting import report as make_report
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.placement.places import place_of
-from pitchlore.pipeline.report.claims import BEST, LEAST_SEASONS, PAPER
-from pitchlore.pipeline.report.kickoffs import kick_offs
-from pitchlore.pipeline.report.preferences import side_by_side
-from pitchlore.pipeline.report.sensitivity import sensitivity, varied_settings
-from pitchlore.pipeline.report.summary import ablated, measured, seasons_played, settings_compared
-from pitchlore.pipeline.report.table3 import GAMES
+from pitchlore.pipeline.stages.report.claims import BEST, LEAST_SEASONS, PAPER
+from pitchlore.pipeline.stages.report.kickoffs import kick_offs
+from pitchlore.pipeline.stages.report.preferences import side_by_side
+from pitchlore.pipeline.stages.report.sensitivity import sensitivity, varied_settings
+from pitchlore.pipeline.stages.report.summary import ablated, measured, seasons_played, settings_compared
+from pitchlore.pipeline.stages.report.table3 import GAMES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.report import NAME, damaged, sources, tables

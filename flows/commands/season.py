@@ -23,8 +23,14 @@ from pitchlore.pipeline.engine.games import next_of
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.season import play_seasons
-from pitchlore.pipeline.seasons.settings import Season, SeasonSettings, named_settings, names, parse_season
 from pitchlore.pipeline.sessions.human import check_person_can_play, sit
+from pitchlore.pipeline.stages.seasons.settings import (
+    Season,
+    SeasonSettings,
+    named_settings,
+    names,
+    parse_season,
+)
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, note_on
 from pitchlore.schemas.seasons import OPPONENTS, PERSON, Opponent

@@ -8,7 +8,7 @@ from typing import Literal
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
 from pitchlore.flows.commands.printing import console, print_frame, print_json
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.situations.rulebook import rule_table, term_table
+from pitchlore.pipeline.stages.situations.rulebook import rule_table, term_table
 from pitchlore.pipeline.views.plots.matches import memberships
 from pitchlore.pipeline.views.plots.style import plot_png
 

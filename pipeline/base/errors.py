@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from pitchlore.pipeline.base.text import printable
@@ -112,3 +113,11 @@ class ClusterFailed(PitchloreError):
     """A cluster cannot be reached, has ended, or has workers that cannot do this work."""
 
     for_all = True
+
+
+def unwritable(path: Path, error: OSError) -> StorageFailed:
+    """The error of a file or folder that cannot be written."""
+    return StorageFailed(
+        f"cannot be written ({error.strerror or error})", where=str(path),
+        next_step="Free space or mend the folder, then run again; nothing that was there is lost",
+    )

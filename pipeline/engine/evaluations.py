@@ -15,7 +15,7 @@ from pitchlore.pipeline.engine.progress import listener
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tasks import runner, spread
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, Pair, results_of_pair
+from pitchlore.pipeline.stages.evaluations import Evaluation, Pair, results_of_pair
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Evaluations

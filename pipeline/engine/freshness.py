@@ -10,13 +10,13 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import canonical, digest
 from pitchlore.pipeline.store.sealed import read_model, sealed
 
 

@@ -31,8 +31,8 @@ from pitchlore.pipeline.engine.stage import Per, Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import labelled
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.seasons.settings import Season
-from pitchlore.pipeline.seasons.tables import game_row, growth_rows, states_played
+from pitchlore.pipeline.stages.seasons.settings import Season
+from pitchlore.pipeline.stages.seasons.tables import game_row, growth_rows, states_played
 from pitchlore.pipeline.state import project
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt

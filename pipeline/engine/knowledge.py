@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import KnowledgeSettings
-from pitchlore.pipeline.sides.teams import Team, TeamRecord, imitated, teams
+from pitchlore.pipeline.stages.sides.teams import Team, TeamRecord, imitated, teams
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
@@ -68,7 +68,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     Raises:
         NotFound: if the settings name a team that does not count.
     """
-    from pitchlore.pipeline.knowledge import (  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.knowledge import (  # noqa: PLC0415 (see pipeline.engine.stages)
         behaviours,
         merge_behaviours,
         merge_occasions,
@@ -211,7 +211,7 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
     """Counts for people, over all teams. States and occasions are those of ``state_key``."""
-    from pitchlore.pipeline.knowledge import finest  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.knowledge import finest  # noqa: PLC0415 (see pipeline.engine.stages)
 
     occurred = finest(occurred)
     roles = {

@@ -12,6 +12,7 @@ import polars as pl
 from pydantic import BaseModel, field_serializer
 
 from pitchlore.pipeline import matches as log
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.base.toml import fitted
@@ -28,7 +29,7 @@ from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
-from pitchlore.pipeline.store.receipts import Receipt, digest
+from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import SIDES, Commands, Matches, Quality, Referee
 

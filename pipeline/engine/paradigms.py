@@ -11,8 +11,8 @@ from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tasks import run_pieces
-from pitchlore.pipeline.paradigms.claims import verdicts
-from pitchlore.pipeline.paradigms.experiments import Design, FigureNumber, Sweep, sweeps
+from pitchlore.pipeline.stages.paradigms.claims import verdicts
+from pitchlore.pipeline.stages.paradigms.experiments import Design, FigureNumber, Sweep, sweeps
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made, Work

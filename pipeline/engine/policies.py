@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.knowledge import (
@@ -24,14 +25,15 @@ from pitchlore.pipeline.engine.knowledge import (
 from pitchlore.pipeline.engine.outputs import digests, need
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.settings import AppraisalSettings, PolicySettings
-from pitchlore.pipeline.sides.teams import Team, sides_of
+from pitchlore.pipeline.stages.sides.teams import Team, sides_of
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Manifest, Receipt, digest
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
 
-#: Appraisals and the pairs that are kept, as :func:`pipeline.policies.appraise.fit_action_values` makes them:
-#: from decisions, sights, pairs, settings, version and watched sights.
+#: Appraisals and the pairs that are kept, made as by
+#: :func:`pipeline.stages.policies.appraise.fit_action_values` from decisions, sights, pairs, settings,
+#: version and watched sights.
 Fit = Callable[
     [pl.DataFrame, pl.DataFrame, pl.DataFrame, AppraisalSettings, int, pl.DataFrame | None],
     tuple[pl.DataFrame, pl.DataFrame]]
@@ -91,12 +93,12 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     Args:
         inputs: inputs of the next version.
         settings: settings of the stage.
-        fit: fits the appraisals; None: :func:`pipeline.policies.appraise.fit_action_values`.
+        fit: fits the appraisals; None: :func:`pipeline.stages.policies.appraise.fit_action_values`.
     """
-    from pitchlore.pipeline.policies.appraise import actions, fit_action_values  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pitchlore.pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pitchlore.pipeline.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pitchlore.pipeline.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.policies.appraise import actions, fit_action_values  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)

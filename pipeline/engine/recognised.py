@@ -9,12 +9,12 @@ from threading import Thread
 import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.rows import few_frames
 from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.store.receipts import RELEASE
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Time of a match that is looked at, from where play begins, ns; it bounds what the look costs.
@@ -27,7 +27,7 @@ def with_recognition(match: MatchLog) -> MatchLog:
     """The match, with the flaw *poor recognition* if its first two minutes of play show too few situations.
 
     They are recognised with the default settings, and compared with what this kind of match usually shows
-    (:mod:`pipeline.situations.usual`). A match that has the flaw already keeps it as it is.
+    (:mod:`pipeline.stages.situations.usual`). A match that has the flaw already keeps it as it is.
     """
     flaw = None if "poor recognition" in match.quality["flaw"] else _poor(match)
     if flaw is None:
@@ -49,10 +49,10 @@ def warm() -> None:
 
 def _poor(match: MatchLog) -> Flaw | None:
     """The flaw of a match whose situations are hardly recognised, else None."""
-    from pitchlore.pipeline.situations.recognise import recognise  # noqa: PLC0415 (numba's code is loaded with it)
-    from pitchlore.pipeline.situations.usual import recognition  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.situations.recognise import recognise  # noqa: PLC0415 (numba's code is loaded with it)
+    from pitchlore.pipeline.stages.situations.usual import recognition  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
 
     part = _begin(match)
     bodies, _ = trajectories(part, TrajectorySettings())

@@ -10,12 +10,13 @@ from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.digests import fingerprint
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.matches import PLAYING, keep
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Receipt, fingerprint
+from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Work
 
 

@@ -15,7 +15,7 @@ from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import StageReport, listener
 from pitchlore.pipeline.engine.run import suspecting
 from pitchlore.pipeline.engine.tasks import runner
-from pitchlore.pipeline.seasons.settings import Season
+from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 
 

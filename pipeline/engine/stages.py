@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine import knowledge, models, policies
 from pitchlore.pipeline.engine.chain import Chain
@@ -30,8 +31,7 @@ from pitchlore.pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pitchlore.pipeline.sides.teams import Team
-from pitchlore.pipeline.store.receipts import digest
+from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import (
     SIDES,
@@ -80,20 +80,20 @@ def _bodies(inputs: Inputs) -> pl.DataFrame:
     table = inputs.table("trajectories", Trajectories)
     if not inputs.details("matches").get("heights"):
         return table
-    from pitchlore.pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
 
     return with_heights(table, inputs.log().heights)
 
 
 def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
-    from pitchlore.pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
 
     table, quality = trajectories(inputs.log(), settings)
     return Made([(table, Trajectories), (quality, Quality)])
 
 
 def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
-    from pitchlore.pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.situations.recognise import recognise  # noqa: PLC0415 (see above)
 
     found = recognise(_bodies(inputs), inputs.pitch, settings)
     counts = {team: found.filter(pl.col("team") == team).height for team in SIDES}
@@ -101,7 +101,7 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
 
 
 def _sides(inputs: Inputs, settings: SideSettings) -> Made:
-    from pitchlore.pipeline.sides import sides  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.sides import sides  # noqa: PLC0415 (see above)
 
     table = sides(inputs.table("matches", Matches), settings)
     return Made([(table, Sides)], details={
@@ -109,7 +109,7 @@ def _sides(inputs: Inputs, settings: SideSettings) -> Made:
 
 
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
-    from pitchlore.pipeline.goals import attribute  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.goals import attribute  # noqa: PLC0415 (see above)
 
     told = inputs.details("matches").get("goals", {})
     table = attribute(
@@ -121,7 +121,7 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
 
 
 def _events(inputs: Inputs, settings: EventSettings) -> Made:
-    from pitchlore.pipeline.events.derive import events  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.events.derive import events  # noqa: PLC0415 (see above)
 
     found = events(_bodies(inputs), inputs.table("matches", Referee), inputs.pitch, settings)
     return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
@@ -129,7 +129,7 @@ def _events(inputs: Inputs, settings: EventSettings) -> Made:
 
 
 def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
-    from pitchlore.pipeline.values.moments import moments  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values.moments import moments  # noqa: PLC0415 (see above)
 
     table = moments(
         inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
@@ -137,9 +137,9 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 
 
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
-    from pitchlore.pipeline.values import chances, shooting  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.values.fitting import fit  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values import chances, shooting  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values.fitting import fit  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
 
     leagues: dict[str, dict[str, pl.DataFrame]] = {}
     shots: dict[str, dict[str, tuple[pl.DataFrame, Pitch]]] = {}
@@ -165,7 +165,7 @@ def _shots_of(kind: str) -> str:
 
 
 def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
-    from pitchlore.pipeline.values.chances import chances, chances_from_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values.chances import chances, chances_from_bytes  # noqa: PLC0415 (see above)
 
     fitted = inputs.blob("models", _shots_of(inputs.pitch.kind))
     (match,) = inputs["matches"]
@@ -175,8 +175,8 @@ def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
 
 
 def _values(inputs: Inputs, settings: ValueSettings) -> Made:
-    from pitchlore.pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.values.worths import values, worths  # noqa: PLC0415 (see above)
 
     fitted = inputs.blob("models", inputs.pitch.kind)
     table = values(inputs.table("moments", Moments), from_bytes(fitted) if fitted else shipped())
@@ -188,8 +188,8 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
 
 
 def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
-    from pitchlore.pipeline.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.sequences.sights import sights  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.sequences.sights import sights  # noqa: PLC0415 (see above)
 
     goals = inputs.table("goals", Goals)
     table = sequences(
@@ -215,8 +215,8 @@ def _counting(sides: Sequence[Held]) -> dict[str, dict[str, Team]]:
 
 
 def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
-    from pitchlore.pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.behaviours.som import maps_to_bytes  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.behaviours.rounds import learn  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.behaviours.som import maps_to_bytes  # noqa: PLC0415 (see above)
 
     learned = learn(lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]), settings)
     return Made(
@@ -227,7 +227,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
 
 
 def _decisions(inputs: Inputs, settings: Frozen) -> Made:
-    from pitchlore.pipeline.decisions import all_decisions, choosing, decision_digests  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.decisions import all_decisions, choosing, decision_digests  # noqa: PLC0415 (see above)
 
     table = all_decisions(
         lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]),

@@ -9,14 +9,15 @@ from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.arena.teams.clock import ClockSettings
 from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.evaluations import Entrant
-from pitchlore.pipeline.seasons.settings import Season
+from pitchlore.pipeline.stages.evaluations import Entrant
+from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.paths import SAFE_NAME
-from pitchlore.pipeline.store.receipts import Manifest, digest
+from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import Appraisals, Policies
 
 _SEASONS = "seasons"

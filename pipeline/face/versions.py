@@ -17,7 +17,7 @@ from pitchlore.schemas import Appraisals, Behaviours, Occasions, Policies, Retur
 if TYPE_CHECKING:
     from pitchlore.pipeline.arena.match.controllers import LearnedTeam
     from pitchlore.pipeline.engine.teams import Options
-    from pitchlore.pipeline.knowledge import Difference
+    from pitchlore.pipeline.stages.knowledge import Difference
 
 
 class Version:
@@ -134,7 +134,7 @@ class Knowledge(Version):
         Raises:
             CorruptFile: if a file of one of them is damaged.
         """
-        from pitchlore.pipeline.knowledge import diff  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.stages.knowledge import diff  # noqa: PLC0415 (loaded when asked for)
 
         return diff(earlier.behaviours, self.behaviours, earlier.occasions, self.occasions)
 

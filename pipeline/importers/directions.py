@@ -8,9 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames, Period
+from pitchlore.pipeline.matches.frame import Frames, Period
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.schemas import AWAY, HOME
 
 Sign = Literal[1, -1]
 

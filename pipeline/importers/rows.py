@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pitchlore.pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
 from pitchlore.pipeline.numbers.arrays import F64, I64
-from pitchlore.schemas import Referee, Side
+from pitchlore.schemas import AWAY, HOME, Referee, Side
 
 #: A higher score is a damaged file, not a match.
 MAX_SCORE = 9999

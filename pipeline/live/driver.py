@@ -15,6 +15,7 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables, controller_
 from pitchlore.pipeline.arena.match.match import decisions_of, logged_frames
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.bodies import see
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.packets.recorder import Packet
@@ -23,11 +24,10 @@ from pitchlore.pipeline.importers.rows import Event, referee
 from pitchlore.pipeline.live.bodies import BodyTracker
 from pitchlore.pipeline.live.encoding import Wheels, robot_control, wheel_commands
 from pitchlore.pipeline.live.referee_state import RefereeState
-from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
+from pitchlore.pipeline.matches.frame import MatchInfo, Period
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.store.receipts import RELEASE
-from pitchlore.schemas import SIDES, Side
+from pitchlore.schemas import AWAY, HOME, SIDES, Side
 
 Protocol = Literal["vsss", "ssl-sim"]
 TeamColour = Literal["blue", "yellow"]

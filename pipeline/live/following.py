@@ -18,6 +18,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.drawing.painting import Point, Robot
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
 from pitchlore.pipeline.importers.directions import WEAK, votes_of
@@ -30,9 +31,8 @@ from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
 from pitchlore.pipeline.matches.quality import quality_table
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.incremental import Recogniser
-from pitchlore.pipeline.store.receipts import RELEASE
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations.incremental import Recogniser
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import SIDES, Situations
 
 #: Frames that are kept: a body is taken for put elsewhere after 0.25 s, and a body's hole is 0.2 s long.

@@ -24,7 +24,8 @@ from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detection
 from pitchlore.pipeline.importers.ssl_logs.wire import fields
 from pitchlore.pipeline.live.bodies import ssl_batch
 from pitchlore.pipeline.live.screening import laid_out
-from pitchlore.pipeline.matches.frame import AWAY, HOME, Frames
+from pitchlore.pipeline.matches.frame import Frames
+from pitchlore.schemas import AWAY, HOME
 
 #: A tracker, or a camera, that was silent for so long is not waited for, ns.
 _SILENT_NS = 500_000_000

@@ -24,8 +24,6 @@ from pitchlore.schemas import Commands, Decisions, Quality, Referee
 
 A = TypeVar("A", np.float32, np.float64)
 
-HOME, AWAY = 0, 1
-
 #: Most samples of a part of a match (:meth:`Frames.parts`): they stay in the cache.
 PART = 1024
 

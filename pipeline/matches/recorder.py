@@ -10,6 +10,7 @@ import polars as pl
 from mcap.well_known import Profile
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.spool import Spool, spooling
 from pitchlore.pipeline.matches import cdr
 from pitchlore.pipeline.matches.channels import (
     ALWAYS,
@@ -26,7 +27,6 @@ from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
 from pitchlore.pipeline.matches.messages import Messages, lay_out
 from pitchlore.pipeline.numbers.arrays import I64, Content
-from pitchlore.pipeline.store.spool import Spool, spooling
 from pitchlore.pipeline.store.tables import check
 from pitchlore.schemas import Commands, Decisions, Quality, Referee, Table
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog
-from pitchlore.schemas import Matches
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.schemas import AWAY, HOME, Matches
 
 
 def row(log: MatchLog) -> pl.DataFrame:

@@ -18,12 +18,15 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
 from pitchlore.pipeline.importers.source import slug
-from pitchlore.pipeline.live.driver import Driver, Job, wheel_packet
+from pitchlore.pipeline.live.driver import Driver, Job, Protocol, TeamColour, streams_of, wheel_packet
 from pitchlore.pipeline.live.frames import pitch_of
 from pitchlore.pipeline.live.screening import Screen
 from pitchlore.pipeline.live.sockets import Receiver, Sender
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.store import Store
+
+# A command needs these, too.
+__all__ = ["DriveOutcome", "Job", "Protocol", "TeamColour", "drive_team", "streams_of"]
 
 #: How long an SSL match may be without geometry before its pitch is the league's, seconds.
 _GEOMETRY_S = 3.0

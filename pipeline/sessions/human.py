@@ -18,8 +18,8 @@ from pitchlore.pipeline.engine.matches import PLAYING
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import match_log, recorded
-from pitchlore.pipeline.seasons.settings import Season
 from pitchlore.pipeline.sessions.person import PersonMatch
+from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches
 

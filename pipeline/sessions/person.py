@@ -12,7 +12,8 @@ from pitchlore.pipeline.arena.match.human import HumanController
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.arena.window.painting import Picture
-from pitchlore.pipeline.matches.frame import AWAY, HOME, home_attacks
+from pitchlore.pipeline.matches.frame import home_attacks
+from pitchlore.schemas import AWAY, HOME
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.arena.window.screen import Window

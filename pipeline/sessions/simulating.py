@@ -27,8 +27,8 @@ from pitchlore.pipeline.live.encoding import (
 )
 from pitchlore.pipeline.live.remote import RemoteController, asked
 from pitchlore.pipeline.live.sockets import Receiver, Sender
-from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.store import Store
+from pitchlore.schemas import AWAY, HOME
 
 #: The streams of a VSSS simulator: it sends vision and the referee's commands, and listens to commands.
 COMMANDS = Stream("commands", 9, "127.0.0.1", 20011)

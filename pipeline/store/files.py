@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
-from pitchlore.pipeline.base.errors import NotFound, StillWritten, StorageFailed
+from pitchlore.pipeline.base.errors import NotFound, StillWritten, StorageFailed, unwritable
 from pitchlore.pipeline.base.system import open_to_read
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.atomic import aside
@@ -20,7 +20,7 @@ from pitchlore.pipeline.store.foreign import ForeignFile
 from pitchlore.pipeline.store.locks import free, holding, taken
 from pitchlore.pipeline.store.meter import count_read, count_written
 from pitchlore.pipeline.store.mirrors import Mirror, located, mirror_of
-from pitchlore.pipeline.store.paths import listed, remove, safe, unwritable
+from pitchlore.pipeline.store.paths import listed, remove, safe
 from pitchlore.pipeline.store.temporaries import sweep
 
 #: Greatest size of settings, maps and files of ours that are read whole, MiB.

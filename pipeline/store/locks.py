@@ -10,9 +10,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, BinaryIO
 
-from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.base.errors import StorageFailed, unwritable
 from pitchlore.pipeline.base.system import locked
-from pitchlore.pipeline.store.paths import unwritable
 
 #: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.
 PATIENCE_S, _POLL_S = 5.0, 0.01

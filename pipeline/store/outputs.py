@@ -9,11 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken
+from pitchlore.pipeline.base.software import software
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.meter import count_written
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.reading import Reading
-from pitchlore.pipeline.store.receipts import Receipt, software
+from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
 from pitchlore.pipeline.store.work import Made, Work, contents
 

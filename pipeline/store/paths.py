@@ -6,7 +6,7 @@ import os
 import re
 from pathlib import Path
 
-from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
+from pitchlore.pipeline.base.errors import BadSettings, StorageFailed, unwritable
 from pitchlore.pipeline.store.buckets import check_local
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
@@ -51,14 +51,6 @@ def check_folder(path: Path, remedy: str) -> None:
 
 def _unusable(what: str, path: Path, remedy: str) -> BadSettings:
     return BadSettings(what, where=str(path)[:200], next_step=remedy)
-
-
-def unwritable(path: Path, error: OSError) -> StorageFailed:
-    """The error of a file or folder that cannot be written."""
-    return StorageFailed(
-        f"cannot be written ({error.strerror or error})", where=str(path),
-        next_step="Free space or mend the folder, then run again; nothing that was there is lost",
-    )
 
 
 def listed(folder: Path, end: str = "") -> list[str]:

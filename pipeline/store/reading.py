@@ -7,10 +7,11 @@ from pathlib import Path
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.meter import count_read
-from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
+from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
 from pitchlore.pipeline.store.tables import from_parquet, joined
 from pitchlore.schemas import Table

@@ -2,46 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Sequence
-from functools import cache
-from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from pitchlore.pipeline import __version__
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.numbers.arrays import Content
-
-
-def digest(data: Content) -> str:
-    """SHA-256 in hex."""
-    return hashlib.sha256(data).hexdigest()
-
-
-@cache
-def software() -> str:
-    """Name, version and source hash of this code: provenance of its outputs, never part of a key."""
-    return f"{RELEASE}+{source_hash(('pipeline', 'schemas'), ('.py', '.msg', '.csv'))}"
-
-
-def source_hash(packages: Sequence[str], suffixes: Sequence[str]) -> str:
-    """First 8 hex digits of the SHA-256 of all files in some of Pitchlore's packages with these endings."""
-    sources = sorted(
-        (f"{package}/{path.relative_to(root).as_posix()}", path)
-        for package in packages
-        for root in [Path(str(files(f"pitchlore.{package}")))]
-        for path in root.rglob("*")
-        if path.suffix in suffixes
-    )
-    return digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))[:8]
-
-
-#: Name and version of this software, as logs and reports state their writer.
-RELEASE = f"pitchlore {__version__}"
 
 
 class FileRecord(Frozen):
@@ -125,17 +92,3 @@ class Quarantined(Frozen):
     name: str
     error: str
     reason: str
-
-
-def canonical(value: object) -> bytes:
-    """JSON bytes that are the same for the same value: sorted keys, no spaces, no NaN."""
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-
-
-def fingerprint(settings: BaseModel) -> str:
-    """SHA-256 in hex of settings as JSON.
-
-    Ids are made of it. So its JSON keeps its spaces, and a renamed field keeps its first name here, as its
-    ``serialization_alias``.
-    """
-    return digest(json.dumps(settings.model_dump(mode="json", by_alias=True), sort_keys=True).encode())

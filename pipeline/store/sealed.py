@@ -11,8 +11,9 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import CorruptFile
-from pitchlore.pipeline.store.receipts import Manifest, digest
+from pitchlore.pipeline.store.receipts import Manifest
 
 M = TypeVar("M", bound=BaseModel)
 REMEDY = "Run `pitchlore run` to make it anew"

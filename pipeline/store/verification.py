@@ -8,13 +8,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.mirrors import key_of
 from pitchlore.pipeline.store.outputs import RECEIPT
 from pitchlore.pipeline.store.paths import listed
-from pitchlore.pipeline.store.receipts import Manifest, Receipt, digest
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, parsed, read_anew, read_model
 
 #: Greatest size of a file that is restored, MiB: that of any.

@@ -10,13 +10,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
+from pitchlore.pipeline.base.software import software
 from pitchlore.pipeline.base.system import sync_folder
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.mirrors import Mirror, key_of
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import Reading
-from pitchlore.pipeline.store.receipts import FileRecord, Manifest, software
+from pitchlore.pipeline.store.receipts import FileRecord, Manifest
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
 from pitchlore.pipeline.store.temporaries import temporary_beside
 from pitchlore.pipeline.store.work import Made, Work, contents

@@ -28,9 +28,9 @@ from minari.dataset.minari_dataset import parse_dataset_id
 from minari.storage.datasets_root_dir import get_dataset_path
 
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.state.keys import decode
 from pitchlore.pipeline.state.table import LEVELS, TABLE
-from pitchlore.pipeline.store.receipts import RELEASE
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.decisions import ENDS
 from pitchlore.schemas.situations import MOVES_RANDOMLY

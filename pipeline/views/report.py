@@ -10,20 +10,21 @@ from pydantic import ValidationError
 
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.base.errors import NotFound, PitchloreError
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.catalog import Vouched, check_files
 from pitchlore.pipeline.engine.outputs import refusing, table_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
-from pitchlore.pipeline.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.report.claims import BEST, IN_GAMES, STATIC, season_verdicts
-from pitchlore.pipeline.report.document import web_page
-from pitchlore.pipeline.report.measures import CONTROLS, seasons_of
-from pitchlore.pipeline.report.preferences import NO_PREFERENCES, preferred_by_role
-from pitchlore.pipeline.report.report import COLOURS, markdown
-from pitchlore.pipeline.seasons.settings import Season
+from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.stages.report.claims import BEST, IN_GAMES, STATIC, season_verdicts
+from pitchlore.pipeline.stages.report.document import web_page
+from pitchlore.pipeline.stages.report.measures import CONTROLS, seasons_of
+from pitchlore.pipeline.stages.report.preferences import NO_PREFERENCES, preferred_by_role
+from pitchlore.pipeline.stages.report.report import COLOURS, markdown
+from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import RELEASE, Receipt
+from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.plots.report import plots_of_seasons
 from pitchlore.schemas import Claims, Evaluations, Games, Growth

@@ -6,10 +6,10 @@ import pytest
 from polars.testing import assert_frame_equal
 from support.rows import sequences_of
 
-from pitchlore.pipeline.behaviours.grams import grams, merge, spelt
 from pitchlore.pipeline.numbers.sums import QUANTUM
-from pitchlore.pipeline.sequences.windows import side_of
 from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.stages.behaviours.grams import grams, merge, spelt
+from pitchlore.pipeline.stages.sequences.windows import side_of
 from pitchlore.schemas import ROLES, SIDES, Goals, Situations
 
 SETTINGS = GramSettings(outcome="paper")

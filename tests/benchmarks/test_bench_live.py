@@ -16,9 +16,9 @@ from support.recordings import RSIM, imported
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.live.following import Follower, prepare
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.incremental import Recogniser
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations.incremental import Recogniser
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 SETTINGS = SituationSettings()
 PITCH = PITCHES[Kind.VSSS]

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from support.training import learn
 
-from pitchlore.pipeline.paradigms.games.matrix import CLIMBING, climbing
-from pitchlore.pipeline.paradigms.rules.iq import IQ
-from pitchlore.pipeline.paradigms.rules.ivq import IVQ
-from pitchlore.pipeline.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.paradigms.runner import Testing as Trial
-from pitchlore.pipeline.paradigms.runner import Training, play_runs, stream
+from pitchlore.pipeline.stages.paradigms.games.matrix import CLIMBING, climbing
+from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
+from pitchlore.pipeline.stages.paradigms.rules.ivq import IVQ
+from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
+from pitchlore.pipeline.stages.paradigms.runner import Testing as Trial
+from pitchlore.pipeline.stages.paradigms.runner import Training, play_runs, stream
 
 #: The paper's best decay.
 TEMPERATURES = 16 * 0.9997 ** np.arange(24_589)

@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from pitchlore.pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Transitions, sarsa_lambda
 from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRACE_FLOOR,
+    Transitions,
+    sarsa_lambda,
+)
 
 PAIRS = 60_000
 RULE = {"step_size": 0.1, "discount": 0.95, "trace_decay": 0.9}

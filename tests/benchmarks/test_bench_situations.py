@@ -21,13 +21,13 @@ from support.recordings import RSIM, imported
 
 from pitchlore.pipeline.game.pitch import SCALES, Kind
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations import conditions, fuzzy, signals
-from pitchlore.pipeline.situations.conditions import execute
-from pitchlore.pipeline.situations.dense import dense_match
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.situations.rulebook import compiled, variable_of
-from pitchlore.pipeline.situations.rules import MACROS, RULES, Start
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.situations import conditions, fuzzy, signals
+from pitchlore.pipeline.stages.situations.conditions import execute
+from pitchlore.pipeline.stages.situations.dense import dense_match
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.situations.rulebook import compiled, variable_of
+from pitchlore.pipeline.stages.situations.rules import MACROS, RULES, Start
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 TERMS = fuzzy.terms(SCALES[Kind.VSSS])
 OWN = compiled(Kind.VSSS)["own"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from minisom import MiniSom
 
-from pitchlore.pipeline.behaviours.som import train_map
+from pitchlore.pipeline.stages.behaviours.som import train_map
 
 CODES = np.array([1, 11, 21, 22, 34, 44, 46, 47, 57, 68, 78, 88, 108, 118, 138, 150, 162, 173, 184, 194])
 GRAMS_A_MATCH = 7_000

@@ -8,8 +8,8 @@ from scipy.signal import savgol_filter
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.trajectories.kinematics import slopes
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.kinematics import slopes
 from pitchlore.schemas import Referee
 
 FRAMES, ROBOTS = 28_800, 6

@@ -13,9 +13,9 @@ from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.numbers import trees
 from pitchlore.pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values.fitting import fit, grow
-from pitchlore.pipeline.values.moments import moments
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.values.fitting import fit, grow
+from pitchlore.pipeline.stages.values.moments import moments
 
 ASKED = 100_000
 SETTINGS = ModelSettings()

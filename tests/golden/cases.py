@@ -24,6 +24,7 @@ from support import executions, played, recordings
 from pitchlore.pipeline import arena, matches
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.matches import Recording, import_recording
 from pitchlore.pipeline.engine.stage import Per
@@ -31,11 +32,7 @@ from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import MatchTables, stored_match
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.evaluations import Entrant, Evaluation
-from pitchlore.pipeline.events.derive import events
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.paradigms.claims import verdicts
-from pitchlore.pipeline.paradigms.experiments import Design, sweeps
 from pitchlore.pipeline.settings import (
     EventSettings,
     ModelSettings,
@@ -43,13 +40,17 @@ from pitchlore.pipeline.settings import (
     Settings,
     TrajectorySettings,
 )
+from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.paradigms.claims import verdicts
+from pitchlore.pipeline.stages.paradigms.experiments import Design, sweeps
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.values import models, shooting
+from pitchlore.pipeline.stages.values.chances import FEATURES
+from pitchlore.pipeline.stages.values.fitting import fit
+from pitchlore.pipeline.stages.values.moments import moments
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Receipt, digest
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values import models, shooting
-from pitchlore.pipeline.values.chances import FEATURES
-from pitchlore.pipeline.values.fitting import fit
-from pitchlore.pipeline.values.moments import moments
+from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
 from pitchlore.pipeline.views.commentary.summary import heading, summary_lines
 from pitchlore.pipeline.views.report import write_report

@@ -6,7 +6,8 @@ from support import vsss_messages
 
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import channels
-from pitchlore.pipeline.matches.frame import AWAY, HOME, MatchLog
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.schemas import AWAY, HOME
 
 #: Frames between a kick-off and the words "game on".
 KICKOFF = 12

@@ -21,8 +21,8 @@ from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import bring_up_to_date
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.seasons.settings import Season, parse_season
 from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
 SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'

@@ -15,7 +15,7 @@ from pitchlore.pipeline.arena.teams import executors
 from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.game.bodies import BALL, X, Y
 from pitchlore.pipeline.settings import SituationSettings
-from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.stages.situations.recognise import recognise
 
 #: Scenes a code.
 EACH = 30

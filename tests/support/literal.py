@@ -17,9 +17,9 @@ import polars as pl
 
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
 from pitchlore.pipeline.settings import SituationSettings
-from pitchlore.pipeline.situations import fuzzy
-from pitchlore.pipeline.situations.fuzzy import Variable
-from pitchlore.pipeline.situations.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
+from pitchlore.pipeline.stages.situations import fuzzy
+from pitchlore.pipeline.stages.situations.fuzzy import Variable
+from pitchlore.pipeline.stages.situations.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
 from pitchlore.schemas import ROLES
 
 CLOCK = 1_000

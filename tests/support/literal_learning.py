@@ -1,6 +1,6 @@
 """Section 5 of the paper once more, literally: dicts, lists and the printed equations, and no haste.
 
-A rule is a class, an agent an object, and what it knows its own dicts, by what it saw and did. Random numbers are drawn in the order that :func:`pipeline.paradigms.runner.play_runs` documents.
+A rule is a class, an agent an object, and what it knows its own dicts, by what it saw and did. Random numbers are drawn in the order that :func:`pipeline.stages.paradigms.runner.play_runs` documents.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
+from pitchlore.pipeline.stages.sequences.sights import sights
 from pitchlore.schemas import ROLES, Appraisals, Decisions, Policies, Sights, Values
 from pitchlore.schemas.sights import SIGHT
 

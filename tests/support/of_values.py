@@ -8,7 +8,7 @@ from support.rows import MATCH, S, bodies
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import MomentSettings
-from pitchlore.pipeline.values.moments import moments
+from pitchlore.pipeline.stages.values.moments import moments
 from pitchlore.schemas import Moments, Referee
 from pitchlore.schemas.values import FEATURES
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
-from pitchlore.pipeline.paradigms.games.game import Game
-from pitchlore.pipeline.paradigms.rules.jaq import joint_index
+from pitchlore.pipeline.stages.paradigms.games.game import Game
+from pitchlore.pipeline.stages.paradigms.rules.jaq import joint_index
 
 #: How far values may be from their limit.
 TOLERANCE = 1e-9

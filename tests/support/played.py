@@ -18,7 +18,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.matches.frame import Frames, MatchLog
-from pitchlore.pipeline.seasons.settings import Season, parse_season
+from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Appraisals, Behaviours, Games, Growth, Occasions, Policies, Sights
 

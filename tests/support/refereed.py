@@ -20,7 +20,7 @@ from pitchlore.pipeline.arena.physics.referee import (
 )
 from pitchlore.pipeline.game.bodies import BALL, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.frame import HOME
+from pitchlore.schemas import HOME
 
 VSSS = PITCHES[Kind.VSSS]
 LAWS = Laws.of(VSSS, RefereeSettings(), 60.0)

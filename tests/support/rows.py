@@ -4,8 +4,8 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.sequences.derive import sequences
 from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.stages.sequences.derive import sequences
 from pitchlore.schemas import ROLES, SIDES, Patterns, Referee, Situations, Trajectories
 
 S = 1_000_000_000

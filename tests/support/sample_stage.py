@@ -27,7 +27,7 @@ class Sprints(Table):
     robot = dy.Int16(min=0, description="number of the robot")
     top_speed = dy.Float64(min=0, description="greatest estimated speed", metadata=unit("m/s"))
 ''',
-    "pipeline/sprints.py": '''"""Top speeds from trajectories."""
+    "pipeline/stages/sprints.py": '''"""Top speeds from trajectories."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ EDITS = {
     ],
     "pipeline/engine/stages.py": [
         ("def _goals(", '''def _sprints(inputs: Inputs, settings: SprintSettings) -> Made:
-    from pitchlore.pipeline.sprints import sprints
+    from pitchlore.pipeline.stages.sprints import sprints
 
     return Made([(sprints(inputs.table("trajectories", Trajectories), settings), Sprints)])
 

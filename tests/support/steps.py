@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 from hypothesis import strategies as st
 
-from pitchlore.pipeline.paradigms.rules import jaq, rules
-from pitchlore.pipeline.paradigms.rules.memory import Transition, memory_of
-from pitchlore.pipeline.paradigms.rules.rules import rule_number
+from pitchlore.pipeline.stages.paradigms.rules import jaq, rules
+from pitchlore.pipeline.stages.paradigms.rules.memory import Transition, memory_of
+from pitchlore.pipeline.stages.paradigms.rules.rules import rule_number
 
 AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
 

@@ -16,9 +16,9 @@ from pitchlore.pipeline.arena.teams.roles import assign
 from pitchlore.pipeline.arena.teams.splitmix import seeded
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.situations import conditions, signals
-from pitchlore.pipeline.situations.rulebook import compiled
-from pitchlore.pipeline.situations.rules import RULES, Target
+from pitchlore.pipeline.stages.situations import conditions, signals
+from pitchlore.pipeline.stages.situations.rulebook import compiled
+from pitchlore.pipeline.stages.situations.rules import RULES, Target
 from pitchlore.schemas import ROLES, Trajectories
 
 VSSS = PITCHES[Kind.VSSS]

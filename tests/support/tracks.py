@@ -5,7 +5,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Quality, Trajectories
 
 DEFAULT = TrajectorySettings()

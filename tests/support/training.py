@@ -1,6 +1,6 @@
 """Knowledge of a team after training."""
 
-from pitchlore.pipeline.paradigms.runner import dynamics_of, learner_of, stream, trained
+from pitchlore.pipeline.stages.paradigms.runner import dynamics_of, learner_of, stream, trained
 
 
 def learn(game, settings, training, *, run, seeds):

@@ -35,9 +35,9 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.constant import BEST_FILE, Constant
 from pitchlore.pipeline.arena.teams.executors.actions import CODES
-from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair, results_of_pair
-from pitchlore.pipeline.seasons.settings import named_settings
-from pitchlore.pipeline.store.receipts import software
+from pitchlore.pipeline.base.software import software
+from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation, Pair, results_of_pair
+from pitchlore.pipeline.stages.seasons.settings import named_settings
 
 _APPRENTICE = named_settings("best")
 #: Time of play that an apprentice has: 35 games of 1 counted and 3 further matches of 8 minutes.

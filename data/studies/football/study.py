@@ -26,13 +26,13 @@ from football.skillcorner import FILES, MATCH, whole_match
 from harness import elsewhere, read, recordings
 from usual.study import situations_of
 
-from pitchlore.pipeline.events.control import NOBODY, ball_control
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.situations.usual import recognition
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.trajectories.heights import with_heights
+from pitchlore.pipeline.stages.events.control import NOBODY, ball_control
+from pitchlore.pipeline.stages.situations.usual import recognition
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.heights import with_heights
 from pitchlore.schemas import SIDES
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 

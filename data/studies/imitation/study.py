@@ -24,7 +24,7 @@ import polars as pl
 from harness import seasons
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
-from pitchlore.pipeline.report.measures import DIFFERENCE
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games
 

@@ -10,8 +10,8 @@ import polars as pl
 from labels.moments import Recording
 
 from pitchlore.pipeline.game.pitch import SCALES
-from pitchlore.pipeline.situations import fuzzy
-from pitchlore.pipeline.situations.fuzzy import Variable
+from pitchlore.pipeline.stages.situations import fuzzy
+from pitchlore.pipeline.stages.situations.fuzzy import Variable
 
 #: Commands that are further apart are two acts.
 GAP_NS = 300_000_000

@@ -15,7 +15,7 @@ from harness import recordings as there
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 SEED = 13
 #: Moments of one recording are at least this far apart.

@@ -17,9 +17,9 @@ from labels import agreement, kicks, shares
 from labels.moments import Recording, recordings
 from labels.sheets import pictures
 
-from pitchlore.pipeline.events.derive import events
 from pitchlore.pipeline.settings import EventSettings, SituationSettings
-from pitchlore.pipeline.situations.recognise import recognise
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.situations.recognise import recognise
 
 
 def study(folder: Path, recorded: dict[str, Recording]) -> None:

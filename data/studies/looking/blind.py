@@ -18,10 +18,9 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams.appraising import NUMBERS, ActionPolicy, choose, read_state
 from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
-from pitchlore.pipeline.matches.frame import HOME
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
 from pitchlore.pipeline.state.observation import see_from
-from pitchlore.schemas import ROLES
+from pitchlore.schemas import HOME, ROLES
 
 #: Sights that are kept of each role, where any of them is drawn.
 _KEPT = 4096
@@ -77,7 +76,7 @@ class BlindController(AppraisingController):
 
 
 def blind(tables: PolicyTables, late_s: float | None) -> Callable[[Recipe, int], Controller]:
-    """Controller of a blind team by recipe and side, for :func:`pipeline.evaluations.results_of_pair`."""
+    """Controllers of a blind team for :func:`pipeline.stages.evaluations.results_of_pair`."""
 
     def controller(recipe: Recipe, side: int) -> Controller:
         settings = recipe.home if side == HOME else recipe.away

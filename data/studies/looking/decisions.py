@@ -14,8 +14,8 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.teams import apprentice, labelled
 from pitchlore.pipeline.numbers.arrays import F32, I64
-from pitchlore.pipeline.sequences.sights import sights
 from pitchlore.pipeline.settings import GramSettings
+from pitchlore.pipeline.stages.sequences.sights import sights
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Values
 from pitchlore.schemas.decisions import BRIEF_FRAMES

@@ -8,8 +8,8 @@ from scipy.special import stdtrit
 
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.policies.appraise import fit_action_values
 from pitchlore.pipeline.settings import AppraisalSettings
+from pitchlore.pipeline.stages.policies.appraise import fit_action_values
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Decisions, Sights
 

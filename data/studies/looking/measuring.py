@@ -19,8 +19,8 @@ from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.games import next_of, take_game
 from pitchlore.pipeline.engine.placement.executors import Executors
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.evaluations import Evaluation, Pair, results_of_pair
-from pitchlore.pipeline.seasons.settings import Season
+from pitchlore.pipeline.stages.evaluations import Evaluation, Pair, results_of_pair
+from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 
 #: Seasons whose apprentices learn from a log that was dealt out anew: their settings, and how it is dealt.

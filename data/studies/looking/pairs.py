@@ -7,8 +7,8 @@ from pathlib import Path
 
 import polars as pl
 
-from pitchlore.pipeline.report.measures import DIFFERENCE
-from pitchlore.pipeline.store.receipts import digest
+from pitchlore.pipeline.base.digests import digest
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE
 
 _SCHEMA = {"seed": pl.Int64, "difference": pl.Float64}
 

@@ -15,8 +15,8 @@ import polars as pl
 from pitchlore.pipeline.engine import policies
 from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.policies.appraise import fit_action_values
 from pitchlore.pipeline.settings import AppraisalSettings
+from pitchlore.pipeline.stages.policies.appraise import fit_action_values
 
 #: Keys of a decision and of its sight.
 _AT = ("match_id", "team", "robot", "t_ns")
@@ -77,7 +77,7 @@ def dealt(
 ) -> Tables:  # fmt: skip
     """Appraisals and kept pairs of a log that was dealt out anew.
 
-    ``deal`` deals it out; the rest is as for :func:`pipeline.policies.appraise.fit_action_values`.
+    ``deal`` deals it out; the rest is as for :func:`pipeline.stages.policies.appraise.fit_action_values`.
     """
     assert not settings.watched, "what was watched is not dealt out"
     return fit_action_values(*deal(decisions, sights, settings.seed), pairs, settings, version, watched)

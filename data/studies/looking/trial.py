@@ -45,9 +45,9 @@ from looking.seconds import seconds
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
 from pitchlore.pipeline.arena.teams.constant import Constant, constant
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.engine.teams import apprentice, labelled
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import digest
 from pitchlore.schemas import ROLES
 
 #: Behaviours of a role that the search plays again; pairs of matches that are played side by side.

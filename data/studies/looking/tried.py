@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from peers.teams import OURS
 
 from pitchlore.pipeline.numbers.statistics import mean_interval
-from pitchlore.pipeline.report.measures import DIFFERENCE
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE
 from pitchlore.pipeline.views.plots.style import plot_png
 
 #: The study of learners that play no seasons.

@@ -15,7 +15,7 @@ from peers.network import load
 from pitchlore.pipeline import arena
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
-from pitchlore.pipeline.evaluations import match_seed
+from pitchlore.pipeline.stages.evaluations import match_seed
 from pitchlore.schemas import SIDES, Side
 
 #: Matches after which a learner's network is kept and measured.

@@ -19,12 +19,12 @@ from pitchlore.pipeline.arena.env import ParallelMatch
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.teams.appraising import appraiser_of
 from pitchlore.pipeline.arena.teams.constant import BEST
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.engine.evaluations import evaluate, stored
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
-from pitchlore.pipeline.evaluations import Entrant, Evaluation, Pair
-from pitchlore.pipeline.seasons.settings import named_settings
+from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation, Pair
+from pitchlore.pipeline.stages.seasons.settings import named_settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import digest
 
 #: Matches of a game of our apprentices' seasons, and of a season.
 GAME = named_settings(HELD.season).matches_a_game

@@ -15,8 +15,8 @@ from pitchlore.pipeline.arena.env import ParallelMatch
 from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.numbers.arrays import F32
-from pitchlore.pipeline.values.models import logits_of, probability, shipped
-from pitchlore.pipeline.values.moments import BallStates, RobotStates, features
+from pitchlore.pipeline.stages.values.models import logits_of, probability, shipped
+from pitchlore.pipeline.stages.values.moments import BallStates, RobotStates, features
 
 _PITCH = PITCHES[Kind.VSSS]
 

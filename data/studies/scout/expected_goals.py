@@ -25,9 +25,9 @@ from scout.teams_apart import MATCHES, play
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.stages.values.chances import FEATURES, shot_features
+from pitchlore.pipeline.stages.values.shooting import CONTROLS, figures, left_out
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.values.chances import FEATURES, shot_features
-from pitchlore.pipeline.values.shooting import CONTROLS, figures, left_out
 from pitchlore.schemas import Chances, Shots
 
 #: Deals of the goals, and resamples of the bootstrap.

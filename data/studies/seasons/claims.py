@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pitchlore.pipeline.numbers.claims import ABOVE, BELOW, Claim, Evidence, Range
-from pitchlore.pipeline.report.claims import (
+from pitchlore.pipeline.stages.report.claims import (
     BEST,
     EVOLVES,
     IN_GAMES,
@@ -22,7 +22,7 @@ from pitchlore.pipeline.report.claims import (
     STATIC,
     WITHOUT_SCORE,
 )
-from pitchlore.pipeline.report.measures import (
+from pitchlore.pipeline.stages.report.measures import (
     CONTROLS,
     DIFFERENCE,
     NOTHING,
@@ -38,7 +38,7 @@ from pitchlore.pipeline.report.measures import (
     pairs,
     season_evidence,
 )
-from pitchlore.pipeline.report.table3 import GAMES
+from pitchlore.pipeline.stages.report.table3 import GAMES
 
 #: Items of these claims.
 ABLATION, AIM = "ablation", "aim"

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from pitchlore.pipeline.report import table3
-from pitchlore.pipeline.report.claims import PAPER, WITHOUT_SCORE
-from pitchlore.pipeline.report.document import number
-from pitchlore.pipeline.report.kickoffs import kick_offs
-from pitchlore.pipeline.report.report import estimates
+from pitchlore.pipeline.stages.report import table3
+from pitchlore.pipeline.stages.report.claims import PAPER, WITHOUT_SCORE
+from pitchlore.pipeline.stages.report.document import number
+from pitchlore.pipeline.stages.report.kickoffs import kick_offs
+from pitchlore.pipeline.stages.report.report import estimates
 from pitchlore.schemas import called
 from pitchlore.schemas.decisions import FIRST_S
 

@@ -11,11 +11,11 @@ from seasons.kickoffs import about_kick_offs
 
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.panel import PANEL
-from pitchlore.pipeline.report.claims import BEST, IN_GAMES, PAPER
-from pitchlore.pipeline.report.document import code
-from pitchlore.pipeline.report.measures import CONTROLS, distinct
-from pitchlore.pipeline.report.preferences import side_by_side
-from pitchlore.pipeline.report.report import (
+from pitchlore.pipeline.stages.report.claims import BEST, IN_GAMES, PAPER
+from pitchlore.pipeline.stages.report.document import code
+from pitchlore.pipeline.stages.report.measures import CONTROLS, distinct
+from pitchlore.pipeline.stages.report.preferences import side_by_side
+from pitchlore.pipeline.stages.report.report import (
     OF_RATES,
     PICTURES,
     about_claims,
@@ -28,9 +28,9 @@ from pitchlore.pipeline.report.report import (
     renamed,
     with_intervals,
 )
-from pitchlore.pipeline.report.sensitivity import varied_settings
-from pitchlore.pipeline.report.summary import LAST, ablated
-from pitchlore.pipeline.report.table3 import GAMES
+from pitchlore.pipeline.stages.report.sensitivity import varied_settings
+from pitchlore.pipeline.stages.report.summary import LAST, ablated
+from pitchlore.pipeline.stages.report.table3 import GAMES
 from pitchlore.pipeline.views.report import ReportTables
 from pitchlore.schemas.evaluations import minutes_of, word_of
 from pitchlore.schemas.seasons import PERSON

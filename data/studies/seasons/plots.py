@@ -8,11 +8,11 @@ import polars as pl
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from pitchlore.pipeline.report.claims import BEST, PAPER, STATIC
-from pitchlore.pipeline.report.measures import DIFFERENCE, OTHER_TIME
-from pitchlore.pipeline.report.sensitivity import varied_settings
-from pitchlore.pipeline.report.summary import mean_curves
-from pitchlore.pipeline.report.table3 import CHANGE
+from pitchlore.pipeline.stages.report.claims import BEST, PAPER, STATIC
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE, OTHER_TIME
+from pitchlore.pipeline.stages.report.sensitivity import varied_settings
+from pitchlore.pipeline.stages.report.summary import mean_curves
+from pitchlore.pipeline.stages.report.table3 import CHANGE
 from pitchlore.pipeline.views.plots import report
 from pitchlore.pipeline.views.plots.seasons import draw, keyed, seasons
 from pitchlore.pipeline.views.plots.style import COLOURS, plain, plot_png

@@ -18,11 +18,11 @@ from seasons.page import markdown
 from seasons.plots import pictures
 
 from pitchlore.pipeline.arena.teams.constant import BEST as BEST_CONSTANT
-from pitchlore.pipeline.report.claims import CLAIMS, season_verdicts
-from pitchlore.pipeline.report.kickoffs import kick_offs
-from pitchlore.pipeline.report.measures import seasons_of
+from pitchlore.pipeline.base.software import RELEASE
+from pitchlore.pipeline.stages.report.claims import CLAIMS, season_verdicts
+from pitchlore.pipeline.stages.report.kickoffs import kick_offs
+from pitchlore.pipeline.stages.report.measures import seasons_of
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import RELEASE
 from pitchlore.pipeline.views.report import ReportTables, sources, tables
 
 #: Seed of the first season.

@@ -14,12 +14,12 @@ from pathlib import Path
 import polars as pl
 from harness import ROOT, seasons
 
-from pitchlore.pipeline.report.claims import PAPER
-from pitchlore.pipeline.report.report import estimates
-from pitchlore.pipeline.report.sensitivity import LAST, PREFIX, sensitivity, varied_settings
-from pitchlore.pipeline.report.table3 import CHANGE
+from pitchlore.pipeline.base.software import RELEASE
+from pitchlore.pipeline.stages.report.claims import PAPER
+from pitchlore.pipeline.stages.report.report import estimates
+from pitchlore.pipeline.stages.report.sensitivity import LAST, PREFIX, sensitivity, varied_settings
+from pitchlore.pipeline.stages.report.table3 import CHANGE
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import RELEASE
 from pitchlore.pipeline.views.report import sources, tables
 from pitchlore.schemas import STAND_IN
 

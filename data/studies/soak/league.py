@@ -16,11 +16,11 @@ from soak.processes import MARK
 from soak.questions import QUESTION, Row
 from support.idle import nothing_new
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import digest
 from pitchlore.schemas import Behaviours, Occasions, Policies
 
 #: Recordings that are refused soon, and need little room.

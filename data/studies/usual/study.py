@@ -1,4 +1,4 @@
-"""How often each kind of match shows each situation: ``pipeline/situations/usual.json``.
+"""How often each kind of match shows each situation: ``pipeline/stages/situations/usual.json``.
 
 ``make usual-codes`` (two minutes; RECORDINGS is the folder of the recordings that are not part of the
 project). Football is the match of SkillCorner in kloppy's wheel. The file says how many recordings and
@@ -18,9 +18,9 @@ from harness import ROOT, elsewhere, read, recordings
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.trajectories.heights import with_heights
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.heights import with_heights
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 
@@ -54,4 +54,4 @@ def main(out: Path, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(ROOT / "pipeline" / "situations" / "usual.json", elsewhere())
+    main(ROOT / "pipeline" / "stages" / "situations" / "usual.json", elsewhere())

@@ -16,8 +16,8 @@ from values.study import played
 
 from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.settings import ModelSettings
-from pitchlore.pipeline.values import models
-from pitchlore.pipeline.values.fitting import fit
+from pitchlore.pipeline.stages.values import models
+from pitchlore.pipeline.stages.values.fitting import fit
 
 MATCHES, _FIRST_SEED = 20, 8001
 _PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (("static", "static"), ("human-like", "human-like"))
@@ -38,4 +38,4 @@ def main(path: Path, matches: int = MATCHES) -> None:
 
 
 if __name__ == "__main__":
-    main(ROOT / "pipeline" / "values" / "shipped.json")
+    main(ROOT / "pipeline" / "stages" / "values" / "shipped.json")

@@ -21,14 +21,9 @@ from threadpoolctl import threadpool_limits
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.table import TeamKind
-from pitchlore.pipeline.behaviours.grams import grams, merge, spelt
-from pitchlore.pipeline.behaviours.shrinkage import valued
-from pitchlore.pipeline.goals import attribute
 from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.numbers import trees
-from pitchlore.pipeline.sequences.derive import value
-from pitchlore.pipeline.sequences.windows import followed, owned_by, side_of
 from pitchlore.pipeline.settings import (
     GoalSettings,
     GramSettings,
@@ -38,12 +33,17 @@ from pitchlore.pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pitchlore.pipeline.situations.recognise import recognise
-from pitchlore.pipeline.trajectories.derive import trajectories
-from pitchlore.pipeline.values import models
-from pitchlore.pipeline.values.fitting import fit, grow
-from pitchlore.pipeline.values.moments import moments
-from pitchlore.pipeline.values.worths import values, worths
+from pitchlore.pipeline.stages.behaviours.grams import grams, merge, spelt
+from pitchlore.pipeline.stages.behaviours.shrinkage import valued
+from pitchlore.pipeline.stages.goals import attribute
+from pitchlore.pipeline.stages.sequences.derive import value
+from pitchlore.pipeline.stages.sequences.windows import followed, owned_by, side_of
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.values import models
+from pitchlore.pipeline.stages.values.fitting import fit, grow
+from pitchlore.pipeline.stages.values.moments import moments
+from pitchlore.pipeline.stages.values.worths import values, worths
 
 #: Pairings and the first seed; no choice was made on these seeds.
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (

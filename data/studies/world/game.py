@@ -22,7 +22,7 @@ from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.statistics import mean_interval
 from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.trajectories.derive import trajectories
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),

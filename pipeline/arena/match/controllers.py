@@ -21,10 +21,9 @@ from pitchlore.pipeline.arena.teams.splitmix import seeded
 from pitchlore.pipeline.arena.teams.table import TEAMS, Script
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import COLUMNS
-from pitchlore.pipeline.matches.frame import AWAY, HOME
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.state import BinEdges, radix
-from pitchlore.schemas import Policies
+from pitchlore.schemas import AWAY, HOME, Policies
 
 
 class Controller(Protocol):

@@ -23,11 +23,11 @@ from pitchlore.pipeline.arena.physics.referee import (
     referee_call,
 )
 from pitchlore.pipeline.arena.physics.restarts import restart
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
-from pitchlore.pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.store.receipts import RELEASE
-from pitchlore.schemas import ROLES, SIDES, Decisions
+from pitchlore.schemas import AWAY, HOME, ROLES, SIDES, Decisions
 from pitchlore.schemas.decisions import ENDS
 
 #: Frames that a log gets at once.

@@ -14,9 +14,9 @@ from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.constant import PREFIX
 from pitchlore.pipeline.arena.teams.people import People
 from pitchlore.pipeline.arena.teams.table import TeamKind
+from pitchlore.pipeline.base.digests import fingerprint
 from pitchlore.pipeline.base.toml import Frozen, fitted
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
-from pitchlore.pipeline.store.receipts import fingerprint
 
 #: The usual time between decisions, seconds; the ids of matches with it do not say it.
 _CLOCK_S = 0.5

@@ -12,8 +12,7 @@ from pitchlore.pipeline.arena.match.stepped import SteppedMatch
 from pitchlore.pipeline.arena.teams.constant import BEST
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.matches.frame import AWAY, HOME
-from pitchlore.schemas import SIDES, Side
+from pitchlore.schemas import AWAY, HOME, SIDES, Side
 
 #: A driven team in a recipe.
 _DRIVEN = TeamSettings(kind="human")

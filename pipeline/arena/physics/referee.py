@@ -33,9 +33,9 @@ from pitchlore.pipeline.arena.physics.laws import (
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
-from pitchlore.pipeline.matches.frame import AWAY, HOME, Period
+from pitchlore.pipeline.matches.frame import Period
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.schemas import SIDES, Referee
+from pitchlore.schemas import AWAY, HOME, SIDES, Referee
 
 #: The referee's memory; all fields int64.
 STATE = np.dtype([

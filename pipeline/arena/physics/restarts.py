@@ -16,8 +16,8 @@ from pitchlore.pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KI
 from pitchlore.pipeline.arena.physics.referee import NOBODY, WORDS, Laws, attack_direction
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, THETA, Record, X, Y, see
-from pitchlore.pipeline.matches.frame import HOME
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.schemas import HOME
 
 #: Where the robots between these two would like to be, in order: shares of the half's length and of half
 #: the width, towards the own goal and to the left. The first is VSSReferee's support; the rest is ours.

@@ -47,8 +47,8 @@ def holder(view: F64, before: int, m: Measures) -> int:
     """The team that had the ball alone last: OWN, OTHER, or NOBODY since play started.
 
     A team has the ball from its touch until the other team touches or both do, as in the stage events
-    (:mod:`pipeline.events.control`). A ball behind a goal line is not touched. Unlike there, a touch is not
-    carried over samples without contact, because that needs later samples.
+    (:mod:`pipeline.stages.events.control`). A ball behind a goal line is not touched. Unlike there, a touch
+    is not carried over samples without contact, because that needs later samples.
 
     Args:
         view: float64 [1 + 2 N, 6].

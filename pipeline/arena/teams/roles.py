@@ -13,7 +13,7 @@ GOALKEEPER, MIDFIELD, STRIKER = range(3)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def assign(view: F64, m: Measures, roles: I64) -> None:
-    """Fill in the roles of all robots, as :func:`pipeline.trajectories.kinematics.assign_roles` gives them.
+    """Fill in all robots' roles, as :func:`pipeline.stages.trajectories.kinematics.assign_roles` gives them.
 
     Args:
         view: float64 [1 + 2 N, 6], a team's view.

@@ -7,7 +7,7 @@ import sys
 from functools import cache
 from importlib import metadata
 
-from pitchlore.pipeline.store.receipts import source_hash
+from pitchlore.pipeline.base.software import source_hash
 
 #: Packages of this software.
 _OURS = ("flows", "pipeline", "schemas")

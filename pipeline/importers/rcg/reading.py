@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.rcg.events import events_of
 from pitchlore.pipeline.importers.rcg.lines import ParsedLines, scan_lines
@@ -64,7 +64,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         pitch=pitch,
         periods=(Period(start_ns=0, end_ns=end_ns, home_attacks=1, inferred=False),),
         settings={"version": int(version[1]), "step_ms": record.server.step_ms},
-        software=f"pitchlore {__version__}",
+        software=RELEASE,
         complete=reason is None,
         incomplete_reason=reason,
     )

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.pitch import Kind, Pitch
 from pitchlore.pipeline.importers.directions import infer_periods, unsure
 from pitchlore.pipeline.importers.rows import Event, referee
@@ -90,7 +90,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         match_id=source.match_id, source=source.name, format="ssl-log", home=names[0], away=names[1],
         started_at=_started(samples), pitch=pitch, periods=periods,
         settings=_settings(found, chosen, mapping, told_pitch) | {"goals": goals},
-        software=f"pitchlore {__version__}", complete=not reasons,
+        software=RELEASE, complete=not reasons,
         incomplete_reason="; ".join(reasons) or None,
     )
     return MatchLog(

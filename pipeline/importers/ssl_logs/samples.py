@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from pitchlore.pipeline.base.spool import Spool
 from pitchlore.pipeline.importers.rows import pack
 from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, wrap
 from pitchlore.pipeline.numbers.arrays import F64, I64
-from pitchlore.pipeline.store.spool import Spool
 
 
 class CapturedSamples(NamedTuple):

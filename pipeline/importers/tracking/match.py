@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline import __version__
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.directions import infer_periods, unsure, votes_of
 from pitchlore.pipeline.importers.rows import pack, referee
@@ -116,7 +116,7 @@ def match_of(
         match_id=source.match_id, source=name, format="tracking", home=mapping.teams.named(names[0]),
         away=mapping.teams.named(names[1]), pitch=pitch, periods=periods,
         settings={"map": mapping.settings(), "guessed": guessed, "goals": told.settings()},
-        software=f"pitchlore {__version__}", complete=incomplete is None,
+        software=RELEASE, complete=incomplete is None,
         incomplete_reason=incomplete,
     )
     return MatchLog(

@@ -7,8 +7,8 @@ import io
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.events.restarts import kind_of
-from pitchlore.pipeline.trajectories.timeline import STOPPING
+from pitchlore.pipeline.stages.events.restarts import kind_of
+from pitchlore.pipeline.stages.trajectories.timeline import STOPPING
 from pitchlore.pipeline.views.exports.content import PLAY, STOP, ExportedMatch
 from pitchlore.schemas import SIDES
 

@@ -16,9 +16,9 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocat
 from matplotlib.transforms import ScaledTranslation
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.paradigms.claims import PEAK
-from pitchlore.pipeline.paradigms.experiments import OTHER_GAMES, FigureNumber
-from pitchlore.pipeline.paradigms.readings import informative
+from pitchlore.pipeline.stages.paradigms.claims import PEAK
+from pitchlore.pipeline.stages.paradigms.experiments import OTHER_GAMES, FigureNumber
+from pitchlore.pipeline.stages.paradigms.readings import informative
 from pitchlore.pipeline.views.plots.style import COLOURS, Dashes, plain, plot_png
 
 #: Colour and marker of each learner, the same in all figures. IQ's family is blue. WoLF-PHC's is Okabe and

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import polars as pl
 
-from pitchlore.pipeline.report.claims import BEST, LEARNED, PAPER
-from pitchlore.pipeline.report.measures import DIFFERENCE, EFFECTIVE, OTHER, OTHER_TIME, Pooling
-from pitchlore.pipeline.report.summary import beside_table_3, mean_curves
-from pitchlore.pipeline.report.table3 import CHANGE
+from pitchlore.pipeline.stages.report.claims import BEST, LEARNED, PAPER
+from pitchlore.pipeline.stages.report.measures import DIFFERENCE, EFFECTIVE, OTHER, OTHER_TIME, Pooling
+from pitchlore.pipeline.stages.report.summary import beside_table_3, mean_curves
+from pitchlore.pipeline.stages.report.table3 import CHANGE
 from pitchlore.pipeline.views.plots import seasons as plots
 from pitchlore.pipeline.views.plots.style import plot_png
 

@@ -1,7 +1,7 @@
 """Plots of seasons, game by game: the paper's Table 3 and Figures 8 to 10, and our best settings.
 
 Every table of curves has the columns what, settings, opponent, game, seasons, mean, low and high
-(``pipeline.report.summary.mean_curves``); Figures 8 and 9 have role, too. A line is the mean over the
+(``pipeline.stages.report.summary.mean_curves``); Figures 8 and 9 have role, too. A line is the mean over the
 seasons; its band is the 95 % interval.
 """
 

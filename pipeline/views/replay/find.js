@@ -1,6 +1,6 @@
 // What can be found in a match: goals, passes and shots (of its tables), situations, and runs of situations.
 
-const LONGEST_RUN = 4; // situations in a behaviour, as in pipeline/sequences/windows.py
+const LONGEST_RUN = 4; // situations in a behaviour, as in pipeline/stages/sequences/windows.py
 const EVENTS = { kick: "passes and shots", shot: "shots", pass: "passes", goal: "goals" };
 
 /** A behaviour's id, perhaps with a side before it: [side, role, codes]; null if it is none. */
@@ -30,7 +30,7 @@ function finder(match) {
       hit("shot", t, t, team, robot, `shot from ${distance.toFixed(2)} m, ${outcome}`))),
   ].sort((a, b) => a.t - b.t);
 
-  /** Runs of consecutive situations with these codes; the first one's role counts, as in pipeline/sequences/windows.py. */
+  /** Runs of consecutive situations with these codes; the first one's role counts, as in pipeline/stages/sequences/windows.py. */
   function runs(codes, role, side) {
     const hits = [], lit = new Uint8Array(table.code.length);
     const what = codes.map((code) => match.names[code] ? match.shortName(code) : three(code)).join(", then ");

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.sequences.windows import instances
+from pitchlore.pipeline.stages.sequences.windows import instances
 from pitchlore.schemas import SIDES
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pitchlore.pipeline.situations.rules import TABLE_1
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
 
 #: Names of the situations, by code; the paper's "it's own goal" is spelt right.
 NAMES = {code: name.replace("it's", "its") for code, (name, _) in TABLE_1.items()}

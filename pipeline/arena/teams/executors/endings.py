@@ -1,7 +1,7 @@
 """When an action is over.
 
-The final conditions are those of the recogniser's rules (:mod:`pipeline.situations.rules`) at their 0.5
-crossings, on the velocities of the moment. A situation that the recogniser says while a robot goes to a
+The final conditions are those of the recogniser's rules (:mod:`pipeline.stages.situations.rules`) at their
+0.5 crossings, on the velocities of the moment. A situation that the recogniser says while a robot goes to a
 thing, or from it, has no end of its own; its action ends at the next level of distance:
 
 ============ =======================================================================================

@@ -7,10 +7,11 @@ from functools import cached_property
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Receipt, canonical, digest
+from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.typical import typical
 from pitchlore.schemas import SIDES, Decisions, Grams, Neurons

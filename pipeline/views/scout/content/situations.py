@@ -8,8 +8,8 @@ from typing import Any
 import polars as pl
 
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.situations.rulebook import rule_table, term_table, terms_used
-from pitchlore.pipeline.situations.rules import MACROS
+from pitchlore.pipeline.stages.situations.rulebook import rule_table, term_table, terms_used
+from pitchlore.pipeline.stages.situations.rules import MACROS
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch
 from pitchlore.pipeline.views.scout.curves import TermCurve, swatch, term_chart
 from pitchlore.pipeline.views.scout.gallery import Clip

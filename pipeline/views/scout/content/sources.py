@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.inputs import StoreInputs
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.tables import MatchTables, TableOf
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import Manifest, canonical, digest
+from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import SIDES, Behaviours
 
 #: The nouns whose tables the pages of a match show.

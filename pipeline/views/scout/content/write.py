@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 import polars as pl
 from markupsafe import Markup
 
+from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
+from pitchlore.pipeline.base.software import RELEASE, source_hash
 from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.receipts import RELEASE, canonical, digest, source_hash
 from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout.content import compare, danger, replays

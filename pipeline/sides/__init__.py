@@ -1,5 +1,0 @@
-"""Sides of a match: whose match it was, and which team or pool it counts for."""
-
-from pitchlore.pipeline.sides.derive import sides
-
-__all__ = ["sides"]

@@ -1,0 +1,82 @@
+"""The sequences of all matches, in chunks that suit columnar work and memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+import polars as pl
+
+from pitchlore.pipeline.stages.sides.teams import Team
+from pitchlore.schemas import Sequences
+
+#: Situations of a chunk: numpy's calls cost little then.
+_CHUNK = 1 << 17
+#: Situations that are kept in memory from pass to pass, some 200 MB of the columns that behaviours need; more
+#: are read anew for each.
+_KEPT = 1 << 22
+
+#: By match, the team that each of its sides counts for; a side that does not count is missing.
+TeamsOfSides = Mapping[str, Mapping[str, Team]]
+
+
+class LeagueSequences:
+    """Sequences of many matches in chunks of whole matches, for passes over all of them.
+
+    A chunk has some columns of schema Sequences; ``match_id`` is int64, the match's place in ``matches``.
+    Column ``who``, int64, is the team's place in ``teams``. Rows of sides that do not count are left out.
+
+    Args:
+        sequences: a function that gives the rows of schema Sequences of the matches, whole matches in each
+            table. It is called again for each pass if they are too many to be kept.
+        sides: by match, the team that each of its sides counts for; a side that does not count is missing.
+        columns: columns of schema Sequences; None: all.
+
+    Attributes:
+        matches: ids of the matches, sorted.
+        teams: the teams, sorted.
+    """
+
+    def __init__(
+        self, sequences: Callable[[], Iterable[pl.DataFrame]], sides: TeamsOfSides,
+        columns: Sequence[str] | None = None,
+    ) -> None:
+        self._sequences = sequences
+        self._columns = columns or list(Sequences.dtypes())
+        self._kept: list[pl.DataFrame] | None = None
+        self.matches = sorted(sides)
+        self.teams = sorted({team for own in sides.values() for team in own.values()})
+        places = {team: place for place, team in enumerate(self.teams)}
+        rows = [(match, index, side, places[team]) for index, match in enumerate(self.matches)
+                for side, team in sides[match].items()]
+        self._owners = pl.DataFrame(rows, orient="row", schema={
+            "match_id": pl.String, "index": pl.Int64, "team": pl.String, "who": pl.Int64})
+
+    def __iter__(self) -> Iterator[pl.DataFrame]:
+        if self._kept is not None:
+            yield from self._kept
+            return
+        kept, rows = list[pl.DataFrame](), 0
+        for chunk in self._read():
+            rows += chunk.height
+            kept.append(chunk)
+            if rows > _KEPT:
+                kept.clear()
+            yield chunk
+        if rows <= _KEPT:
+            self._kept = kept
+
+    def _read(self) -> Iterator[pl.DataFrame]:
+        part, rows = [Sequences.empty()], 0
+        for table in self._sequences():
+            part.append(table)
+            rows += table.height
+            if rows >= _CHUNK:
+                yield self._owned(part)
+                part, rows = [Sequences.empty()], 0
+        yield self._owned(part)
+
+    def _owned(self, tables: list[pl.DataFrame]) -> pl.DataFrame:
+        sequence = pl.concat(tables).with_columns(side=pl.col("team").cast(pl.String))
+        return sequence.join(
+            self._owners, left_on=("match_id", "side"), right_on=("match_id", "team"), maintain_order="left",
+        ).with_columns(match_id="index").select(*self._columns, "who")

@@ -1,0 +1,5 @@
+"""Sides of a match: whose match it was, and which team or pool it counts for."""
+
+from pitchlore.pipeline.stages.sides.derive import sides
+
+__all__ = ["sides"]
