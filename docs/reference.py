@@ -131,14 +131,14 @@ def _documented(name: str, thing: Any) -> list[str]:
     if inspect.isroutine(thing):
         parts.append(f"```python\n{name}{_signature(thing)}\n```")
     parts.append(_prose("\n\n".join(filter(None, (doc.short_description, doc.long_description)))))
-    told = [(f"`{it.arg_name}`", _code(it.description or "")) for it in doc.params]
-    if told and inspect.isroutine(thing):
-        parts.append(_table(("argument", "meaning"), told))
+    reported = [(f"`{it.arg_name}`", _code(it.description or "")) for it in doc.params]
+    if reported and inspect.isroutine(thing):
+        parts.append(_table(("argument", "meaning"), reported))
     if doc.returns:
         parts.append(f"**Returns** {_code(' '.join((doc.returns.description or '').split()))}")
     if doc.raises:
-        told = [(f"`{it.type_name}`", _code(it.description or "")) for it in doc.raises]
-        parts.append(_table(("error", "when"), told))
+        reported = [(f"`{it.type_name}`", _code(it.description or "")) for it in doc.raises]
+        parts.append(_table(("error", "when"), reported))
     examples = [part for it in doc.examples for part in (it.snippet, it.description) if part]
     if examples:
         parts.append("```pycon\n" + "\n".join(examples) + "\n```")

@@ -35,7 +35,7 @@ DELAY_S = 0.2
 
 @pytest.fixture(scope="module")
 def processes() -> Iterator[list[subprocess.Popen[str]]]:
-    """Two processes that do what they are told."""
+    """Two processes that do what they are reported."""
     here = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
     with ExitStack() as both:
         started = [both.enter_context(subprocess.Popen(
@@ -59,14 +59,14 @@ def at_once(processes) -> Callable[..., list[str]]:
     """Does actions on a folder at once, each in a process of its own and after a delay; what came of them."""
     rng = random.Random(1)
 
-    def told(folder: Path, *actions: str) -> list[str]:
+    def reported(folder: Path, *actions: str) -> list[str]:
         for process, action in zip(processes, actions, strict=False):
             assert process.stdin is not None
             process.stdin.write(f"{rng.uniform(0, DELAY_S):.3f} {action} {folder}\n")
             process.stdin.flush()
         return [_line(process.stdout) for process, _ in zip(processes, actions, strict=False)]
 
-    return told
+    return reported
 
 
 @pytest.fixture

@@ -124,7 +124,7 @@ def test_google(machine, tmp_path, monkeypatch):
 
 @contextmanager
 def processes(server: Served, tmp_path: Path, names: tuple[str, ...]) -> Iterator[list[subprocess.Popen[str]]]:
-    """Processes that do what they are told, each with a home of its own."""
+    """Processes that do what they are reported, each with a home of its own."""
     started = []
     for name in names:
         home = tmp_path / name

@@ -101,11 +101,11 @@ def test_before_the_touch():
 # ---- models
 
 
-def shots_of(match, n=60, seed=0, told=True):
+def shots_of(match, n=60, seed=0, reported=True):
     """Shots of a match that become goals by their distance; not at all by it, if not told."""
     rng = np.random.default_rng([seed, int(match.removeprefix("m"))])
     distance, angle = rng.uniform(0.05, 1.0, n), rng.uniform(0.2, 2.0, n)
-    chance = 1 / (1 + np.exp(8 * (distance - 0.3))) if told else np.full(n, 0.3)
+    chance = 1 / (1 + np.exp(8 * (distance - 0.3))) if reported else np.full(n, 0.3)
     goal = rng.random(n) < chance
     return Shots.validate(pl.DataFrame({
         "match_id": match, "team": np.where(rng.random(n) < 0.5, "home", "away"), "t_ns": np.arange(n) * 10**9,
@@ -152,7 +152,7 @@ def test_true_probabilities():
 
 def test_nothing_to_learn():
     """Where nothing tells goals, the model is no better than the rate: the control."""
-    _, report = fit_shots(league(20, told=False), 1.0)
+    _, report = fit_shots(league(20, reported=False), 1.0)
     assert report["xg"]["log_loss"] > report["rate"]["log_loss"] - 0.003
 
 
@@ -180,7 +180,7 @@ def test_new_match():
 
 @pytest.mark.parametrize("more", [0, 1])
 def test_goals_at_least(more):
-    """With fewer goals in the other matches there are no expected goals, and it is told how many there are."""
+    """With fewer goals in the other matches there are no expected goals, and their number is reported."""
     tables = league(3)
     models, _ = fit_shots(tables, 1.0)
     goals = int(models.goals[0])
@@ -286,7 +286,7 @@ def test_through_the_stages(store, tmp_path):
 def test_on_the_pages(store, tmp_path):
     """A match's page has the sum a side and each shot's xG, and says what it rests on; else why there is none."""
     write_pages(store, tmp_path)
-    told = 0
+    reported = 0
     for match in played(store):
         page = (tmp_path / "matches" / f"{match.name}.html").read_text()
         numbers = line(match, kept(match))["numbers"]
@@ -296,7 +296,7 @@ def test_on_the_pages(store, tmp_path):
             assert ", xG " not in page
             assert "greater its xG" not in page
             continue
-        told += 1
+        reported += 1
         assert "1,456 shots and 123 goals" in page
         for side, each in numbers.items():
             own = match.chances.filter(pl.col("team") == side)["xg"].sum()
@@ -305,7 +305,7 @@ def test_on_the_pages(store, tmp_path):
         for xg in match.chances["xg"]:
             assert f", xG {xg:.2f}" in page
             assert f"<td>{xg:.2f}<td>" in page
-    assert told == 1
+    assert reported == 1
     team = next(path.read_text() for path in (tmp_path / "teams").glob("blue*"))
     assert "Expected goals are known in 1 of 2 matches." in team
 

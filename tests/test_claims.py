@@ -268,12 +268,12 @@ def test_value_from_figure(p, runs, expected):
     ("values", "expected", "low", "high"),
     [
         ({0.9995: 0.5, 0.9997: 0.7, 0.9999: 0.4}, REPRODUCED, 0.9997, 0.9997),
-        ({0.9995: 0.5, 0.9997: 0.69, 0.9998: 0.7}, UNDECIDED, 0.9997, 0.9998),  # .69 and .70 cannot be told apart
+        ({0.9995: 0.5, 0.9997: 0.69, 0.9998: 0.7}, UNDECIDED, 0.9997, 0.9998),  # .69 and .70 cannot be distinguished
         ({0.9995: 0.5, 0.9997: 0.6, 0.9998: 0.7}, CONTRADICTED, 0.9998, 0.9998),
     ],
 )
 def test_the_best_decay(values, expected, low, high):
-    """The best decay is undecided while it cannot be told from another."""
+    """The best decay is undecided while it cannot be reported from another."""
     row = verdicts(table(over_decays("IVQ", values))).filter(pl.col("claim").str.contains("best decay"))
     assert row["verdict"].item() == expected
     assert (row["measured"].item(), row["low"].item(), row["high"].item()) == (max(values, key=values.get), low, high)
@@ -389,15 +389,15 @@ def test_three_trainings_show_little():
 
 def test_more_exploration():
     """The effect of more exploration is judged for each learner by itself."""
-    told = table(grid(decay=0.99, path=(9, 9, 9, 9)),
+    reported = table(grid(decay=0.99, path=(9, 9, 9, 9)),
                  grid(decay=0.9999, il_a=0.3, il_b=0.3, jaq=0.2, ivq=0.7, path=(6, 6, 6, 6)))
     for name in ("IL-A", "IL-B"):
-        assert only(told, f"exploration {name}'s probability falls") == REPRODUCED
-        assert only(told, f"exploration {name}'s probability rises") == CONTRADICTED
-    assert only(told, "exploration JAQ's probability rises") == UNDECIDED
-    assert set(judged(told, "exploration IVQ's probability rises").values()) == {REPRODUCED}
+        assert only(reported, f"exploration {name}'s probability falls") == REPRODUCED
+        assert only(reported, f"exploration {name}'s probability rises") == CONTRADICTED
+    assert only(reported, "exploration JAQ's probability rises") == UNDECIDED
+    assert set(judged(reported, "exploration IVQ's probability rises").values()) == {REPRODUCED}
     for name in ("IL-A", "IL-B", "JAQ", "IVQ"):
-        assert only(told, f"exploration {name}'s path is shorter") == REPRODUCED
+        assert only(reported, f"exploration {name}'s path is shorter") == REPRODUCED
     longer = table(grid(decay=0.99), grid(decay=0.9999, path=(8, 9, 8, 9)))
     assert only(longer, "IL-B's path is shorter") == CONTRADICTED
     assert only(longer, "IL-A's path is shorter") == UNDECIDED

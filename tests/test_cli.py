@@ -138,18 +138,18 @@ def test_exported_evaluation(call, tmp_path):
     words = ("evaluate", "--policy", "human-like", "--against", "random", "--matches", "4", "--seed", "3", "--minutes", "0.05")
     first, again = tmp_path / "first", tmp_path / "again"
     _, out, _ = call(*words, "--on", "processes:1", "--json", "--export", first, "--data", tmp_path / "data")
-    told = json.loads(out)
+    reported = json.loads(out)
     said = json.loads((first / "human-like-random-minutes-0-05.json").read_text())
     assert said["command"] == "pitchlore " + " ".join(words)
     assert said["seeds"] == {"first": 3, "last": 4}
     assert said["settings"]["referee"]["duration_s"] == 3.0
-    assert said["note"] == told["note"]
+    assert said["note"] == reported["note"]
     assert "a second script" in said["note"]
     assert said["software"].startswith("pitchlore ")
-    assert said["summary"] == {name: told[name] for name in said["summary"]}
+    assert said["summary"] == {name: reported[name] for name in said["summary"]}
     matches = pl.read_csv(first / "human-like-random-minutes-0-05.matches.csv")
     assert matches.select("seed", "match", "side").rows() == [(3, 1, "home"), (3, 2, "away"), (4, 1, "home"), (4, 2, "away")]
-    assert matches["goals_for"].mean() == told["goals_for"]["value"]
+    assert matches["goals_for"].mean() == reported["goals_for"]["value"]
     # played by others, then not at all
     for data in ("other", "data"):
         assert call(*said["command"].split()[1:], "--on", "processes:2", "--export", again, "--data", tmp_path / data)[0] == 0

@@ -230,10 +230,10 @@ def test_commentary_output(call, finished):
     assert "GOAL for blue, 1 : 0!" in out
     assert "possession" in out
     code, out, _ = call("commentary", "early", "--goals", "--json", "--data", finished)
-    told = json.loads(out)
+    reported = json.loads(out)
     assert code == 0
-    assert {moment["kind"] for moment in told["moments"]} == {"goal"}
-    assert len(told["moments"]) == told["summary"]["home"]["score"] + told["summary"]["away"]["score"]
+    assert {moment["kind"] for moment in reported["moments"]} == {"goal"}
+    assert len(reported["moments"]) == reported["summary"]["home"]["score"] + reported["summary"]["away"]["score"]
     code, _, err = call("commentary", "nobody", "--data", finished)
     assert code == 1
     assert "there is no such match" in err

@@ -306,7 +306,7 @@ def test_settings_of_seasons():
 
 
 def test_clock_of_a_word(tmp_path):
-    """A constant team can be given a clock, and is told apart by it."""
+    """A constant team can be given a clock, and is distinguished by it."""
     team = entrant(Store(tmp_path), "constant:044", {}, least_s=0.4, begin_ended=False)
     assert team.settings.clock == ClockSettings(least_s=0.4, begin_ended=False)
     assert team.settings != entrant(Store(tmp_path), "constant:044", {}).settings

@@ -222,7 +222,7 @@ def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
             if not key.endswith(".csv") and not key.startswith("runs/")}
     assert same(made, alone)
     store = Store(Path(url))
-    # a machine that has no copy yet is told of the run, too
+    # a machine that has no copy yet is reported of the run, too
     asked = subprocess.run(pitchlore("runs", "--json", "--data", url), check=True, capture_output=True, text=True,
                            env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "another")})
     assert [(entry["what"], entry["failed"]) for entry in json.loads(asked.stdout)] == [("run", 0)]

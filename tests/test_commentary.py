@@ -1,4 +1,4 @@
-"""The commentary: what is told of hand-made scenes, and what a reader relies on in a recording."""
+"""The commentary: what is reported of hand-made scenes, and what a reader relies on in a recording."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def tell(bodies, *, seconds=4.0, events=(), goals=(), situations=(), match=None,
     ), CommentarySettings(**changes))
 
 
-def of_kind(told, *kinds):
-    return [moment.text for moment in told.moments if moment.kind in kinds]
+def of_kind(reported, *kinds):
+    return [moment.text for moment in reported.moments if moment.kind in kinds]
 
 
 def rolls(to_x, to_y=0.0, *, leaves=1.0, speed=1.0):
@@ -84,42 +84,42 @@ def rolls(to_x, to_y=0.0, *, leaves=1.0, speed=1.0):
 
 def test_human_like_note():
     """A human-like team is said to be a second script."""
-    told = tell({"ball": rolls(0.1), **KEEPER}, match=about(away="human-like"))
-    assert "a second script" in told.summary.note
-    assert heading(told.summary)[1] == f"{told.summary.note}."
-    told = tell({"ball": rolls(0.1), **KEEPER})
-    assert told.summary.note is None
-    assert len(heading(told.summary)) == 1
+    reported = tell({"ball": rolls(0.1), **KEEPER}, match=about(away="human-like"))
+    assert "a second script" in reported.summary.note
+    assert heading(reported.summary)[1] == f"{reported.summary.note}."
+    reported = tell({"ball": rolls(0.1), **KEEPER})
+    assert reported.summary.note is None
+    assert len(heading(reported.summary)) == 1
 
 
 def test_save():
     """A goalkeeper saves a ball that would have gone in."""
-    told = tell({"ball": rolls(0.64), **KEEPER})
-    assert of_kind(told, "save") == ["us 1 (striker) shoots from 0.75 m; them 0 (goalkeeper) saves."]
-    assert (told.summary.home.shots, told.summary.home.on_target, told.summary.away.saves) == (1, 1, 1)
+    reported = tell({"ball": rolls(0.64), **KEEPER})
+    assert of_kind(reported, "save") == ["us 1 (striker) shoots from 0.75 m; them 0 (goalkeeper) saves."]
+    assert (reported.summary.home.shots, reported.summary.home.on_target, reported.summary.away.saves) == (1, 1, 1)
 
 
 def test_blocked_shot():
     """Any robot but the goalkeeper is in the way of a shot."""
     bodies = {"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER}
-    told = tell(bodies, play_apart_s=0)
-    assert of_kind(told, "shot") == ["us 1 (striker) shoots from 0.75 m; them 1 (midfield) is in the way."]
-    assert told.summary.away.saves == 0
+    reported = tell(bodies, play_apart_s=0)
+    assert of_kind(reported, "shot") == ["us 1 (striker) shoots from 0.75 m; them 1 (midfield) is in the way."]
+    assert reported.summary.away.saves == 0
     assert of_kind(tell(bodies), "shot") == [], "the end is 3 s later"
 
 
 def test_wide_shot():
-    """A wide shot is told and counted, but not as one on target."""
-    told = tell({"ball": rolls(0.75, 0.3), **KEEPER})
-    assert of_kind(told, "shot", "save") == ["us 1 (striker) shoots from 0.75 m, wide."]
-    assert (told.summary.home.shots, told.summary.home.on_target) == (1, 0)
+    """A wide shot is reported and counted, but not as one on target."""
+    reported = tell({"ball": rolls(0.75, 0.3), **KEEPER})
+    assert of_kind(reported, "shot", "save") == ["us 1 (striker) shoots from 0.75 m, wide."]
+    assert (reported.summary.home.shots, reported.summary.home.on_target) == (1, 0)
 
 
 def test_shot_at_the_goal():
-    """A shot that nobody stops, and that does not go in, is told without an outcome."""
+    """A shot that nobody stops, and that does not go in, is reported without an outcome."""
     ball = goes((0, 0, 0, 0), (1, 0, 0, 0), (1.25, 0.2, 0, 0), (4, 0.2, 0.3, 0))
-    told = tell({"ball": ball, **KEEPER}, play_apart_s=0)
-    assert of_kind(told, "shot") == ["us 1 (striker) shoots from 0.75 m at the goal."]
+    reported = tell({"ball": ball, **KEEPER}, play_apart_s=0)
+    assert of_kind(reported, "shot") == ["us 1 (striker) shoots from 0.75 m at the goal."]
 
 
 @pytest.mark.parametrize(("gives", "to", "said"), [
@@ -127,7 +127,7 @@ def test_shot_at_the_goal():
     ((0, 0.5), (0.4, 0.5), "plays a through pass"),
 ])
 def test_pass(gives, to, said):
-    """A pass is told with its direction, if it goes some way."""
+    """A pass is reported with its direction, if it goes some way."""
     mates = {"home-1": stands(*gives), "home-2": stands(*to), "away-0": stands(0.7, -0.5), "away-1": stands(0.1, -0.5)}
     way = {"ball": goes((0, *gives, 0), (1, *gives, 0), (2, *to, 0), (4, *to, 0)), **mates}
     assert of_kind(tell(way, play_apart_s=0), "pass") == [f"us 1 (striker) {said} to us 2 (midfield)."]
@@ -137,8 +137,8 @@ def test_pass(gives, to, said):
 def test_possession():
     """The share of possession is that of the time in which a team has the ball."""
     # rolls 0.64 m at 1 m/s from 2 s; within 0.0775 m of x = 0.70 from x = 0.6225 on
-    told = tell({"ball": rolls(0.64, leaves=2.0), **KEEPER})
-    assert told.summary.home.possession == pytest.approx(2.625 / 3.975, abs=1e-6)
+    reported = tell({"ball": rolls(0.64, leaves=2.0), **KEEPER})
+    assert reported.summary.home.possession == pytest.approx(2.625 / 3.975, abs=1e-6)
 
 
 #: Where home 1 touches the ball alone, where away 1 does, and where home 2 and away 2 press it between them.
@@ -168,7 +168,7 @@ def test_spells():
 
 
 def test_kept():
-    """A long time on the ball is told with the robots that had it and where it came from."""
+    """A long time on the ball is reported with the robots that had it and where it came from."""
     ball = goes((0, 0.4, 0.3, 0), (1, 0.4, 0.3, 0), (2, -0.3, 0.3, 0), (3, -0.3, 0.3, 0), (4, 0.3, 0.3, 0), (5, 0.3, 0.3, 0),
                 (6, -0.3, 0.3, 0))
     bodies = {"ball": ball, "away-1": stands(0.46, 0.3), "home-1": stands(-0.36, 0.3), "home-2": stands(0.3, 0.36)}
@@ -186,24 +186,24 @@ def test_kept():
     ("a" * 12 + "h" * 6, r"them has 6[67]% of the possession in the next 18 s\."),
 ])
 def test_lull(places, said):
-    """When nothing else happens, possession is told: a scramble if sides change often, or if duels are long."""
+    """When nothing else happens, possession is reported: a scramble if sides change often, or if duels are long."""
     bodies = {"ball": goes_between(places), **BETWEEN}
-    told = tell(bodies, seconds=18, spell_s=20, match=about(duration_s=18.0), events=[(-0.1, "kick-off", "home")])
-    (text,) = of_kind(told, "possession")
+    reported = tell(bodies, seconds=18, spell_s=20, match=about(duration_s=18.0), events=[(-0.1, "kick-off", "home")])
+    (text,) = of_kind(reported, "possession")
     assert re.fullmatch(said, text), text
 
 
 def test_goal():
-    """A goal is told with its maker, its kind and what led to it."""
+    """A goal is reported with its maker, its kind and what led to it."""
     bodies = {"ball": rolls(0.64), **KEEPER}
     events = [(0, "kick-off", "home"), (3.0, "goal", "home"), (3.0, "kick-off", "away")]
     led = [("home", 1, "striker", 44, 0.2, 0.5), ("home", 1, "striker", 21, 0.9, 1.1), ("home", 1, "striker", 57, 1.2, 1.4)]
-    told = tell(bodies, events=events, goals=[(3.0, "home", 1, "indirect")], situations=led)
-    assert of_kind(told, "goal") == [
+    reported = tell(bodies, events=events, goals=[(3.0, "home", 1, "indirect")], situations=led)
+    assert of_kind(reported, "goal") == [
         ("GOAL for us! us 1 (striker), indirect action: reaches the ball, kicks it;"
         " it goes in off them 0 (goalkeeper).")
     ]
-    assert told.summary.home.scorers == {1: 1}
+    assert reported.summary.home.scorers == {1: 1}
     wrong = tell(bodies, events=events, goals=[(3.0, "home", 0, "error")], situations=led)
     assert of_kind(wrong, "goal") == [
         ("GOAL for us! Error of them 0 (goalkeeper): us 1 (striker) reaches the ball, kicks it;"
@@ -215,21 +215,21 @@ def test_goal():
 
 def test_unknown_goal():
     """If no maker of a goal is known, nothing but the goal is said."""
-    told = tell({"ball": stands(0, 0.5), **KEEPER}, events=[(3.0, "goal", None)], goals=[(3.0, None, None, None)])
-    assert of_kind(told, "goal") == ["GOAL!"]
+    reported = tell({"ball": stands(0, 0.5), **KEEPER}, events=[(3.0, "goal", None)], goals=[(3.0, None, None, None)])
+    assert of_kind(reported, "goal") == ["GOAL!"]
 
 
 def test_kick_offs():
-    """The kick-off of a half is told, and the one after a goal is not."""
+    """The kick-off of a half is reported, and the one after a goal is not."""
     events = [(0, "kick-off", "home"), (1, "goal", "home"), (1.5, "kick-off", "away"), (2, "half", None),
               (2, "kick-off", "away"), (4, "end", None)]
-    told = tell({"ball": stands(0, 0.5), **KEEPER}, events=events, goals=[(1, "home", None, None)])
-    assert [(moment.kind, moment.t_ns // S) for moment in told.moments] == [
+    reported = tell({"ball": stands(0, 0.5), **KEEPER}, events=events, goals=[(1, "home", None, None)])
+    assert [(moment.kind, moment.t_ns // S) for moment in reported.moments] == [
         ("kick-off", 0), ("goal", 1), ("half", 2), ("kick-off", 2), ("end", 4)]
 
 
 def test_chance_near_goal():
-    """A chance shortly before a goal is counted, but not told."""
+    """A chance shortly before a goal is counted, but not reported."""
     bodies = {"ball": rolls(0.64), **KEEPER}
     goal = {"events": [(2.5, "goal", "away")], "goals": [(2.5, "away", 0, "direct")]}
     assert of_kind(tell(bodies, **goal), "save") == []
@@ -238,11 +238,11 @@ def test_chance_near_goal():
 
 
 def test_empty_match():
-    """A match in which nothing happens is told as that."""
-    told = tell({"ball": stands(0, 0.5)})
-    assert of_kind(told, "end") == ["The recording ends, 0 : 0."]
-    assert told.summary.home.possession is None
-    assert told.summary.home.situations == {}
+    """A match in which nothing happens is reported as that."""
+    reported = tell({"ball": stands(0, 0.5)})
+    assert of_kind(reported, "end") == ["The recording ends, 0 : 0."]
+    assert reported.summary.home.possession is None
+    assert reported.summary.home.situations == {}
 
 
 @pytest.mark.parametrize(("t_ns", "said"), [(0, "0:00"), (59_999_999_999, "0:59"), (600 * S, "10:00")])
@@ -276,29 +276,29 @@ def recorded():
 
 
 def test_recording():
-    """Every goal and restart of a recording is told in order."""
+    """Every goal and restart of a recording is reported in order."""
     tables = recorded()
     referee, goals = tables["referee"], tables["goals"]
-    told = commentary(handmade(VSSS, **tables))
-    times = [moment.t_ns for moment in told.moments]
+    reported = commentary(handmade(VSSS, **tables))
+    times = [moment.t_ns for moment in reported.moments]
     assert times == sorted(times)
-    assert [m.t_ns for m in told.moments if m.kind == "goal"] == goals["t_ns"].to_list()
-    assert sum(m.kind == "restart" for m in told.moments) == (referee["event"] == "fault").sum()
-    assert told.summary.home.possession + told.summary.away.possession == pytest.approx(1)
-    assert 4 <= len(told.moments) <= 15  # a minute: neither silent nor a dump
+    assert [m.t_ns for m in reported.moments if m.kind == "goal"] == goals["t_ns"].to_list()
+    assert sum(m.kind == "restart" for m in reported.moments) == (referee["event"] == "fault").sum()
+    assert reported.summary.home.possession + reported.summary.away.possession == pytest.approx(1)
+    assert 4 <= len(reported.moments) <= 15  # a minute: neither silent nor a dump
 
 
 def test_annulled_goal():
-    """A goal that the referee annuls is told with its reason; another stop is left out."""
+    """A goal that the referee annuls is reported with its reason; another stop is left out."""
     notes = ["goal kick: goal annulled, too many attackers in the area", "goal kick: too many attackers in the area"]
     events = [("stop", notes[0]), ("fault", "goal kick"), ("stop", notes[1]), ("fault", "goal kick"), ("end", "end")]
     rows = pl.DataFrame([
         {"t_ns": at, "event": event, "team": None, "score_home": 0, "score_away": 0, "note": note}
         for at, (event, note) in enumerate(events)
     ])
-    told = [(moment.kind, moment.text) for moment in of_the_referee(rows, pl.DataFrame(), {})]
-    assert told[0] == ("annulled", "No goal: too many attackers in the area.")
-    assert [kind for kind, _ in told[1:]] == ["restart", "restart", "end"]
+    reported = [(moment.kind, moment.text) for moment in of_the_referee(rows, pl.DataFrame(), {})]
+    assert reported[0] == ("annulled", "No goal: too many attackers in the area.")
+    assert [kind for kind, _ in reported[1:]] == ["restart", "restart", "end"]
 
 
 def test_teams_swapped():
@@ -321,14 +321,14 @@ def test_teams_swapped():
     assert theirs.summary.home == ours.summary.away
     assert theirs.summary.away == ours.summary.home
 
-    def without_scores(told):
+    def without_scores(reported):
         return [(moment.t_ns, moment.kind, [word for word in moment.text.split() if not word.strip(",.;:!").isdigit()])
-                for moment in told.moments]
+                for moment in reported.moments]
 
     assert without_scores(theirs) == without_scores(ours)
 
 
 def test_team_against_itself():
     """A team that plays itself has its side beside its name."""
-    told = tell({"ball": stands(0, 0.5), **KEEPER}, events=[(0, "kick-off", "home")], match=about(away="us"))
-    assert of_kind(told, "kick-off") == ["Kick-off for us (home)."]
+    reported = tell({"ball": stands(0, 0.5), **KEEPER}, events=[(0, "kick-off", "home")], match=about(away="us"))
+    assert of_kind(reported, "kick-off") == ["Kick-off for us (home)."]

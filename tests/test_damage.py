@@ -53,8 +53,8 @@ def called(capsys, *words: object) -> tuple[int, str, str]:
     """Exit code and output of a command."""
     with pytest.raises(SystemExit) as stopped:
         main([str(word) for word in words])
-    told = capsys.readouterr()
-    return int(stopped.value.code or 0), told.out, told.err
+    reported = capsys.readouterr()
+    return int(stopped.value.code or 0), reported.out, reported.err
 
 
 def test_every_output_is_mended(data):

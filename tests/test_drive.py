@@ -94,11 +94,11 @@ def test_a_peer_of_the_referee() -> None:
     asked += [{"foul": fouls[f], "teamcolor": colours[c], "gameHalf": halves[h], "timestamp": t} for f, c, h, t in cases]
     done = subprocess.run([PEER, ROOT / "tests" / "counterparts" / "vss_referee_peer.py"], text=True, capture_output=True,
                           input="\n".join(map(json.dumps, asked)), timeout=60, check=True)
-    told = [json.loads(line) for line in done.stdout.splitlines()]
+    reported = [json.loads(line) for line in done.stdout.splitlines()]
     theirs = [{"foul": fouls[f], "teamcolor": colours[c], "gameHalf": halves[h], "timestamp": t, "foulQuadrant": "NO_QUADRANT"}
               for f, c, h, t in cases]
-    assert told[: len(cases)] == theirs
-    packets = [Packet(REFEREE, T0, bytes.fromhex(each["hex"])) for each in told[len(cases):]]
+    assert reported[: len(cases)] == theirs
+    packets = [Packet(REFEREE, T0, bytes.fromhex(each["hex"])) for each in reported[len(cases):]]
     said, lost = vsss.commands(*laid_out(packets)[:1], np.full(len(packets), T0), *laid_out(packets)[1:])
     assert lost == 0
     words = {name.replace("_", "").lower(): name for name in fouls}
@@ -308,7 +308,7 @@ def test_drives_and_stops(tmp_path: Path) -> None:
     assert match.referee.filter(event="stop")["note"].to_list()[0] == "vision lost"
     assert len(match.frames) > 60
     scores = match.referee.select("score_home", "score_away")
-    assert scores.null_count().row(0) == (scores.height, scores.height), "nobody told a score"
+    assert scores.null_count().row(0) == (scores.height, scores.height), "nobody reported a score"
     assert match.quality["flaw"].to_list() == ["goals unknown"]
 
 
@@ -379,8 +379,8 @@ def test_outlives_its_terminal(tmp_path: Path) -> None:
 
 
 def test_score_at_which_we_came(tmp_path: Path) -> None:
-    """The first score that is told is no goal; one that rises is. Before it nobody knows the score."""
-    told: list[tuple[int, int] | None] = [None] * 20 + [(3, 1)] * 20 + [(4, 1)] * 20
+    """The first score that is reported is no goal; one that rises is. Before it nobody knows the score."""
+    reported: list[tuple[int, int] | None] = [None] * 20 + [(3, 1)] * 20 + [(4, 1)] * 20
     job = Job("vsss", "blue", STATIC, "static")
     with (tmp_path / "m.mcap").open("wb") as stream:
         driver = Driver(job, PITCHES[Kind.VSSS], stream, "m")
@@ -390,10 +390,10 @@ def test_score_at_which_we_came(tmp_path: Path) -> None:
                 time.sleep(timeout)
                 return []
             robots = [(i, 0.4, 0.2 * i - 0.2, 3.1) for i in range(3)]
-            data = vsss_messages.environment(1, (0.1, 0.2), robots, robots, goals=told.pop(0))
+            data = vsss_messages.environment(1, (0.1, 0.2), robots, robots, goals=reported.pop(0))
             return [Packet(channels("vsss")["vision"], time.time_ns(), data)]
 
-        driver.run(arrived, lambda _: None, lambda: not told, lambda _: None)
+        driver.run(arrived, lambda _: None, lambda: not reported, lambda _: None)
         driver.close()
     match = read(open_source((tmp_path / "m.mcap").read_bytes(), "m.mcap"))
     events = match.referee.select(pl.col("event").cast(pl.String), pl.col("team").cast(pl.String), "score_home", "score_away")
@@ -453,7 +453,7 @@ def test_a_peer_sees_and_drives(tmp_path: Path) -> None:
 
 
 def test_served(tmp_path: Path) -> None:
-    """Others are told that the ball is in play before the first frame in which it is, and each frame has its number."""
+    """Others are reported that the ball is in play before the first frame in which it is, and each frame has its number."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ears:  # for both streams: packets keep their order
         ears.bind(("127.0.0.1", 0))
         ears.settimeout(1.0)
@@ -518,9 +518,9 @@ def test_two_of_our_teams(tmp_path: Path) -> None:
     assert match is not None
     assert match.details["complete"]
     for colour in ("blue", "yellow"):
-        told = json.loads((tmp_path / f"{colour}.json").read_text())
-        assert told["frames"] > 60
-        assert told["score"] == list(sim["score"])
+        reported = json.loads((tmp_path / f"{colour}.json").read_text())
+        assert reported["frames"] > 60
+        assert reported["score"] == list(sim["score"])
 
 
 @pytest.mark.parametrize(("words", "said"), [

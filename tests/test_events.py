@@ -295,7 +295,7 @@ def test_turned(name):
         vx=-pl.col("vx"), vy=-pl.col("vy")).sort("team", "robot", "t_ns")
     referee = log.referee.with_columns(
         pl.col("team").cast(pl.String).replace(other).cast(log.referee.schema["team"]))
-    one, two = (events(rows, told, log.info.pitch, EventSettings()) for rows, told in (
+    one, two = (events(rows, reported, log.info.pitch, EventSettings()) for rows, reported in (
         (table, log.referee), (swapped, referee)))
     for ours, theirs in zip(one[:3], two[:3], strict=True):
         back = theirs.with_columns(pl.col("team").cast(pl.String).replace(other).cast(theirs.schema["team"]))

@@ -87,12 +87,12 @@ def test_restarts_come_back() -> None:
     again = read(FORMATS["csv"].write(made)["csv"], TrackingMap.model_validate({
         "teams": {"home": made.log.info.home, "away": made.log.info.away}}))
 
-    def told(match: MatchLog) -> list[tuple[str, str]]:
+    def reported(match: MatchLog) -> list[tuple[str, str]]:
         faults = match.referee.filter(pl.col("event") == "fault")
         return [(kind_of("fault", note), team) for note, team in faults.select("note", "team").iter_rows()]
 
-    assert told(again) == told(made.log)
-    assert {kind for kind, _ in told(again)} == set(RESTARTS) - {"kick-off"}
+    assert reported(again) == reported(made.log)
+    assert {kind for kind, _ in reported(again)} == set(RESTARTS) - {"kick-off"}
     assert "skipped" not in again.quality["flaw"]
 
 
@@ -104,10 +104,10 @@ def test_columns_of_a_table() -> None:
     unknown = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
     assert "z" not in tables.tracking_table(ExportedMatch(handmade(log=replace(content().log, heights=unknown)))).columns
     first = table.unique("frame", keep="first", maintain_order=True)["game_state"]
-    told = content().log.referee.filter(pl.col("t_ns") <= int(SECONDS * 1e9))
+    reported = content().log.referee.filter(pl.col("t_ns") <= int(SECONDS * 1e9))
     words = Counter(word for state in first for word in state.split("+") if word not in ("play", "stop"))
     events_told = Counter(
-        event if team is None else f"{event}_{team}" for event, team in told.select("event", "team").iter_rows())
+        event if team is None else f"{event}_{team}" for event, team in reported.select("event", "team").iter_rows())
     assert words == Counter({word: n for word, n in events_told.items() if word not in ("play", "stop")})
 
 
@@ -203,17 +203,17 @@ def test_foxglove() -> None:
     for schema, channel, message in make_reader(BytesIO(data)).iter_messages():
         assert schema is not None
         counted[channel.topic] += 1
-        told = json.loads(message.data)
-        _conforms(told, json.loads(schema.data))
-        for entity in told.get("entities", []):
+        reported = json.loads(message.data)
+        _conforms(reported, json.loads(schema.data))
+        for entity in reported.get("entities", []):
             drawn.update({kind: len(entity[kind]) for kind in ("cylinders", "spheres", "arrows", "texts", "lines")})
         if channel.topic == "/tf":
-            for frame in told["transforms"]:
+            for frame in reported["transforms"]:
                 at = frame["translation"]
                 places.setdefault(frame["child_frame_id"], {})[message.log_time] = (at["x"], at["y"])
         if channel.topic == "/situations":
-            alive -= {gone["id"] for gone in told["deletions"]}
-            alive |= {entity["id"] for entity in told["entities"]}
+            alive -= {gone["id"] for gone in reported["deletions"]}
+            alive |= {entity["id"] for entity in reported["entities"]}
     assert counted["/pitch"] == 1
     # 40 s at no more than 25 Hz, of a recording at 40 Hz: every other sample
     assert counted["/bodies"] == counted["/tf"] == pytest.approx(SECONDS * 20, abs=2)

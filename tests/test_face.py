@@ -287,8 +287,8 @@ def test_documented(name, thing):
     found = parse(text)
     if inspect.isclass(thing) or callable(thing):
         wanted = [parameter for parameter in inspect.signature(thing).parameters if parameter != "self"]
-        told = {part.strip() for entry in found.params for part in entry.arg_name.split(",")}
-        assert set(wanted) <= told | {"options"}, name
+        reported = {part.strip() for entry in found.params for part in entry.arg_name.split(",")}
+        assert set(wanted) <= reported | {"options"}, name
         assert found.short_description
     if inspect.isfunction(thing) and wanted:
         assert found.raises, name

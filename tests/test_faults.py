@@ -113,10 +113,10 @@ def test_closed_streams(tmp_path, closed):
             "pitchlore.flows.cli._call = lambda *_, **__: open(os.environ['TOLD'], 'w').write(' '.join(\n"
             "    str(os.fstat(n).st_rdev == os.stat('/dev/null').st_rdev) for n in range(3)))\n"
             "main([])")
-    told = tmp_path / "told"
+    reported = tmp_path / "told"
     subprocess.run([sys.executable, "-c", here], check=True, preexec_fn=close, timeout=SOON_S,
-                   env=os.environ | {"TOLD": str(told)})
-    found = told.read_text().split()
+                   env=os.environ | {"TOLD": str(reported)})
+    found = reported.read_text().split()
     assert [found[number] for number in closed] == ["True"] * len(closed)
 
 
@@ -234,7 +234,7 @@ def bitten(file: Path) -> None:
 
 @pytest.mark.parametrize(("harm", "said"), [(damaged, "not a database"), (bitten, "damaged|malformed")])
 def test_damaged_database(tmp_path, harm, said):
-    """A damaged database of Prefect's is told before a server starts, with what to do."""
+    """A damaged database of Prefect's is reported before a server starts, with what to do."""
     keeper = Keeper(tmp_path)
     keeper.folder.mkdir()
     assert trouble(keeper.folder / database()) is None
@@ -410,10 +410,10 @@ def test_nothing_is_masked(finished, tmp_path, capsys, monkeypatch, words):
     (data / "catalog.duckdb").unlink()
     with pytest.raises(SystemExit) as stopped:
         main([*words, "--data", str(data)])
-    told = capsys.readouterr()
+    reported = capsys.readouterr()
     assert stopped.value.code == 1
-    assert "No space left on device" in told.out + told.err
-    assert {"record": "static-static", "forget": "outputs removed", "run": "pipe.csv"}[words[0]] in told.out
+    assert "No space left on device" in reported.out + reported.err
+    assert {"record": "static-static", "forget": "outputs removed", "run": "pipe.csv"}[words[0]] in reported.out
 
 
 @pytest.mark.parametrize("share", [0.3, 0.8])

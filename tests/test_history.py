@@ -83,7 +83,7 @@ def test_log_not_written(tmp_path, monkeypatch):
 
 
 def test_many_failures(tmp_path):
-    """The first of many failures are told and all are counted: an entry stays small."""
+    """The first of many failures are reported and all are counted: an entry stays small."""
     store, report = Store(tmp_path), RunReport()
     report.stage("goals").failed |= {f"m{n}": "is broken." for n in range(1_000)}
     report.stage("sides").made += [f"m{n}" for n in range(100_000)]
@@ -123,22 +123,22 @@ def test_command(tmp_path, call, monkeypatch):
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
     code, out, err = call("runs", "--json", "--data", tmp_path)
     assert (code, err) == (0, "")
-    told = json.loads(out)
-    assert [entry["what"] for entry in told] == ["import", "run", "run", "run", "train"]
-    assert [entry["made"] for entry in told] == [1, len([*STAGES.computed(), *STAGES.versioned]), 0, 0, 0]
-    assert [entry["failed"] for entry in told] == [0, 0, 1, 0, 0]
-    assert (told[1]["knowledge"], told[1]["policy"]) == (1, 1)
-    assert list(told[2]["failures"]) == [f"matches {tmp_path}/inbox/notes.txt"]
-    assert told[1]["cost"]["bytes_out"] > told[1]["cost"]["bytes_in"] // 100 > 0
-    assert told[3]["cost"] == Cost().model_dump()  # nothing new: nothing was worked on
-    assert all(entry["seconds"] > 0 for entry in told)
-    assert [entry["began"] for entry in told] == sorted(entry["began"] for entry in told)
+    reported = json.loads(out)
+    assert [entry["what"] for entry in reported] == ["import", "run", "run", "run", "train"]
+    assert [entry["made"] for entry in reported] == [1, len([*STAGES.computed(), *STAGES.versioned]), 0, 0, 0]
+    assert [entry["failed"] for entry in reported] == [0, 0, 1, 0, 0]
+    assert (reported[1]["knowledge"], reported[1]["policy"]) == (1, 1)
+    assert list(reported[2]["failures"]) == [f"matches {tmp_path}/inbox/notes.txt"]
+    assert reported[1]["cost"]["bytes_out"] > reported[1]["cost"]["bytes_in"] // 100 > 0
+    assert reported[3]["cost"] == Cost().model_dump()  # nothing new: nothing was worked on
+    assert all(entry["seconds"] > 0 for entry in reported)
+    assert [entry["began"] for entry in reported] == sorted(entry["began"] for entry in reported)
     code, out, _ = call("runs", "--last", "2", "--data", tmp_path)
     assert (code, len(re.findall(r"\d{8}-\d{6}-\d{6}", out))) == (0, 2)
-    code, out, _ = call("runs", told[2]["name"], "--data", tmp_path)
+    code, out, _ = call("runs", reported[2]["name"], "--data", tmp_path)
     assert code == 0
     assert f"failed matches {tmp_path}/inbox/notes.txt: " in out
-    code, out, _ = call("runs", told[1]["name"], "--data", tmp_path)
+    code, out, _ = call("runs", reported[1]["name"], "--data", tmp_path)
     assert all(noun in out for noun in ("trajectories", "behaviours", "knowledge", "policies"))
     code, out, err = call("runs", "2", "--data", tmp_path)
     assert (code, err) == (1, f"pitchlore: {tmp_path}: 5 remembered runs are named '2'. `pitchlore runs` lists them.\n")
@@ -225,5 +225,5 @@ def test_a_server_that_refuses(tmp_path, monkeypatch):
 
 
 def test_entry_is_small():
-    """An entry has no field that grows with the matches, but the failures that are told."""
+    """An entry has no field that grows with the matches, but the failures that are reported."""
     assert {"name", "what", "began", "seconds", "stages", "knowledge", "policy", "failures", "error"} == set(RunEntry.model_fields)

@@ -303,12 +303,12 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
     scope = Scope(matches=(receipt.name,))
     STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals", "events"})
     match = League(store).match(receipt.name)
-    path, told, out = match.replay(), match.commentary(), io.StringIO()
+    path, reported, out = match.replay(), match.commentary(), io.StringIO()
     catalogue = refresh(store)[0]
     with redirect_stdout(out):
         print_frame(ask(catalogue, "select home, away, source from matches"), title=receipt.details["home"])
         print_frame(ask(catalogue, "from sides"))
-    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), *summary_lines(told.summary),
+    lines = [*heading(reported.summary), *(moment.line() for moment in reported.moments), *summary_lines(reported.summary),
              *out.getvalue().splitlines(), *ask(catalogue, "from matches").write_csv().splitlines()]
     film = animation(match, start_s=0.0, seconds=0.5)
     return path.read_text(encoding="utf-8"), lines, film

@@ -1,4 +1,4 @@
-"""The unit of a table's headings: told by a map, or by the headings, and never taken for another silently."""
+"""The unit of a table's headings: given by a map, or by the headings, and never taken for another silently."""
 
 from __future__ import annotations
 

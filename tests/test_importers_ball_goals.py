@@ -120,11 +120,11 @@ def positions(name: str) -> pl.DataFrame:
 
 def test_positions_only() -> None:
     """All goals of a recording with positions only are found, each of its team; the score stays unknown."""
-    told = imported(RSIM).referee.filter(pl.col("event") == "goal")
+    reported = imported(RSIM).referee.filter(pl.col("event") == "goal")
     match = read(parquet(positions(RSIM)))
     goals = match.referee.filter(pl.col("event") == "goal")
-    assert goals["team"].to_list() == told["team"].to_list()
-    assert (goals["t_ns"] - told["t_ns"]).abs().max() <= 1e9  # type: ignore[operator]
+    assert goals["team"].to_list() == reported["team"].to_list()
+    assert (goals["t_ns"] - reported["t_ns"]).abs().max() <= 1e9  # type: ignore[operator]
     assert match.referee["score_home"].null_count() == len(match.referee)
     assert set(match.referee["event"].cast(pl.String)) == {"play", "goal", "kick-off"}
     assert match.info.settings["goals"] == {

@@ -258,5 +258,5 @@ def test_heading_not_a_number() -> None:
         for i in range(6) for team, player in (("a", 1), ("b", 1), ("ball", ""))
     )
     log = read(text)
-    told = log.quality.filter(pl.col("flaw") == "not a number")
-    assert told.select("team", "robot", "count", "note").rows() == [("home", 1, 1, "heading taken for missing")]
+    reported = log.quality.filter(pl.col("flaw") == "not a number")
+    assert reported.select("team", "robot", "count", "note").rows() == [("home", 1, 1, "heading taken for missing")]

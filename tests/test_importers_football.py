@@ -68,12 +68,12 @@ def test_coordinates(system: str) -> None:
 
     meta, raw = ((FILES / name).read_bytes() for name in RECORDINGS["skillcorner"])
     match = match_of_dataset(skillcorner.load(meta, raw, coordinates=system))
-    told = shipped("skillcorner")
+    reported = shipped("skillcorner")
     for field in ("x", "y"):
-        assert np.allclose(match.frames.robots[field], told.frames.robots[field], atol=2e-3)
-        assert np.allclose(match.frames.ball[field], told.frames.ball[field], atol=2e-3, equal_nan=True)
+        assert np.allclose(match.frames.robots[field], reported.frames.robots[field], atol=2e-3)
+        assert np.allclose(match.frames.ball[field], reported.frames.ball[field], atol=2e-3, equal_nan=True)
     # by hand, from the file: the first player's first place
-    assert float(told.frames.robots["x"][told.frames.robots["team"] == 0].min()) >= -52.5
+    assert float(reported.frames.robots["x"][reported.frames.robots["team"] == 0].min()) >= -52.5
 
 
 @NEEDS_KLOPPY

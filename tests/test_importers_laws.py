@@ -162,8 +162,8 @@ def test_referee(path: Path) -> None:
     """Kick-offs, goals, half-time and the end are those of the sketch, with their teams and scores."""
     def course(log: MatchLog) -> list[tuple[object, ...]]:
         # where play goes on after a kick-off need not be said
-        told = log.referee.filter(pl.col("event") != "play")
-        return told.select("t_ns", pl.col("event", "team").cast(pl.String), "score_home", "score_away").rows()
+        reported = log.referee.filter(pl.col("event") != "play")
+        return reported.select("t_ns", pl.col("event", "team").cast(pl.String), "score_home", "score_away").rows()
 
     assert course(read(path)) == course(sketch())
 

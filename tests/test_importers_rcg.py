@@ -150,8 +150,8 @@ def test_second_half() -> None:
 def test_log_of_the_middle() -> None:
     """A log that begins after a goal has the score that its first team line tells, less its own goals; else none."""
     begins = (PARAMS, show(300), "(playmode 301 kick_off_l)", show(301), "(playmode 350 goal_r)")
-    told = read(log(*begins, "(team 350 A B 0 3)", show(350), "(playmode 351 kick_off_l)", show(351)))
-    assert [(row[1], row[3], row[4]) for row in events(told) if row[1] != "half"] == [
+    reported = read(log(*begins, "(team 350 A B 0 3)", show(350), "(playmode 351 kick_off_l)", show(351)))
+    assert [(row[1], row[3], row[4]) for row in events(reported) if row[1] != "half"] == [
         ("kick-off", 0, 2), ("goal", 0, 3), ("kick-off", 0, 3)]
     unknown = read(log(*begins, show(350)))
     assert [(row[1], row[3], row[4]) for row in events(unknown)] == [("kick-off", None, None), ("goal", None, None)]

@@ -300,9 +300,9 @@ def test_a_full_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     store = Store(tmp_path / "data")
     with monkeypatch.context() as full:
         full.setattr("pitchlore.pipeline.base.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
-        with pytest.raises(StorageFailed) as told:
+        with pytest.raises(StorageFailed) as reported:
             import_recording(store, Recording(file=file))
-    assert str(told.value) == (
+    assert str(reported.value) == (
         f"{tempfile.gettempdir()}: cannot be written (No space left on device). Free space or mend the folder, "
         "then run again; nothing that was there is lost.")
     assert list(store.receipts("matches")) == []

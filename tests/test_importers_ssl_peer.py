@@ -82,8 +82,8 @@ def refereed(data: bytes, table: pl.DataFrame) -> bytes:
     """The log with packets of a game controller, which says what the table does."""
     packets: list[tuple[int, bytes]] = []
     state, score, counter, said = None, (0, 0), 0, 1
-    told = table.select("frame", "t", "game_state", "score_home", "score_away").unique("frame").sort("frame")
-    for _, t, now, home, away in told.iter_rows():
+    reported = table.select("frame", "t", "game_state", "score_home", "score_away").unique("frame").sort("frame")
+    for _, t, now, home, away in reported.iter_rows():
         commands = () if now is None or now == state else COMMANDS[now]
         if not commands and (home, away) == score:
             continue

@@ -25,7 +25,7 @@ def stage(word: str) -> int:
     return STAGES.index(word)
 
 
-def told(match: MatchLog) -> list[tuple[object, ...]]:
+def reported(match: MatchLog) -> list[tuple[object, ...]]:
     """Frame, event, team, score of each event."""
     rows = match.referee.select("t_ns", "event", "team", "score_home", "score_away").rows()
     return [(round(t_ns / 1e9 / STEP), *rest) for t_ns, *rest in rows]
@@ -57,7 +57,7 @@ def test_commands() -> None:
         (82, {"command": command("STOP")}),
         (84, {"command": command("NORMAL_START")}),
     )
-    assert [(frame, event, team) for frame, event, team, *_ in told(game)] == [
+    assert [(frame, event, team) for frame, event, team, *_ in reported(game)] == [
         (0, "stop", None), (2, "stop", None), (6, "kick-off", "away"), (20, "stop", None), (22, "stop", None),
         (24, "fault", "home"), (40, "stop", None), (42, "play", None), (50, "fault", "away"), (60, "stop", None),
         (72, "fault", "home"),
@@ -78,7 +78,7 @@ def test_a_goal_counts_from_the_stop() -> None:
         (50, {"command": command("NORMAL_START")}),
         (80, {"command": command("STOP"), "yellow": Team("Yellows", 1)}),
     )
-    assert told(game) == [
+    assert reported(game) == [
         (0, "play", None, 0, 0), (30, "goal", "home", 1, 0), (40, "stop", None, 1, 0),
         (50, "kick-off", "away", 1, 0), (80, "goal", "away", 1, 1),
     ]
@@ -92,7 +92,7 @@ def test_a_goal_that_is_taken_back() -> None:
         (40, {"command": command("STOP"), "blue": Team("Blues", 0)}),
         (50, {"command": command("FORCE_START")}),
     )
-    assert told(game) == [(0, "play", None, 0, 0), (30, "stop", None, 0, 0), (40, "stop", None, 0, 0),
+    assert reported(game) == [(0, "play", None, 0, 0), (30, "stop", None, 0, 0), (40, "stop", None, 0, 0),
                           (50, "play", None, 0, 0)]
     assert game.referee["note"][1] == "goal taken back"
 
@@ -103,7 +103,7 @@ def test_two_goals_at_once_and_a_score_at_the_begin() -> None:
         (0, {"command": command("FORCE_START"), "blue": Team("Blues", 3)}),
         (40, {"command": command("STOP"), "blue": Team("Blues", 5)}),
     )
-    assert told(game) == [(0, "play", None, 3, 0), (40, "goal", "home", 4, 0), (40, "goal", "home", 5, 0)]
+    assert reported(game) == [(0, "play", None, 3, 0), (40, "goal", "home", 4, 0), (40, "goal", "home", 5, 0)]
 
 
 def test_stages() -> None:
@@ -116,7 +116,7 @@ def test_stages() -> None:
         (60, {"command": command("HALT"), "stage": stage("EXTRA_TIME_BREAK")}),
         (90, {"command": command("HALT"), "stage": stage("POST_GAME")}),
     )
-    assert [(frame, event) for frame, event, *_ in told(game)] == [
+    assert [(frame, event) for frame, event, *_ in reported(game)] == [
         (0, "play"), (30, "half"), (44, "play"), (60, "half"), (90, "end")]
 
 
@@ -153,14 +153,14 @@ def test_names() -> None:
 
 
 def test_cards() -> None:
-    """A card is told and changes nothing: play goes on, or stays stopped."""
+    """A card is reported and changes nothing: play goes on, or stays stopped."""
     game = play(
         (0, {"command": command("FORCE_START")}),
         (20, {"yellow": Team("Yellows", yellow=1)}),
         (30, {"command": command("STOP")}),
         (40, {"blue": Team("Blues", red=1)}),
     )
-    assert [(frame, event) for frame, event, *_ in told(game)] == [(0, "play"), (20, "play"), (30, "stop"), (40, "stop")]
+    assert [(frame, event) for frame, event, *_ in reported(game)] == [(0, "play"), (20, "play"), (30, "stop"), (40, "stop")]
     assert game.referee["note"].to_list() == ["FORCE_START", "yellow card for yellow", "STOP", "red card for blue"]
 
 
@@ -172,13 +172,13 @@ def test_two_game_controllers() -> None:
     said = [gc.says(i, command=command("FORCE_START") if i == 0 else None) for i in range(10)]
     game = match(ordered(said, [other.says(i, command=0) for i in range(5)], frames(FRAMES)))
     assert game.info.home == "Blues"
-    assert told(game) == [(0, "play", None, 0, 0)]
+    assert reported(game) == [(0, "play", None, 0, 0)]
 
 
 def test_without_a_referee() -> None:
     """Play is on from the begin; names are colours, and the score is not known."""
     game = match(frames(FRAMES))
-    assert [(frame, event) for frame, event, *_ in told(game)] == [(0, "play")]
+    assert [(frame, event) for frame, event, *_ in reported(game)] == [(0, "play")]
     assert game.referee.select(pl.col("score_home", "score_away").null_count()).row(0) == (1, 1)
     assert (game.info.home, game.info.away) == ("blue", "yellow")
 
@@ -190,7 +190,7 @@ def test_damaged_packets() -> None:
     broken = whole._replace(content=whole.content[:-3])
     empty = whole._replace(content=ssl.integer(1, 5))
     game = match(ordered([whole, broken, empty], frames(FRAMES)))
-    assert told(game) == [(0, "play", None, 0, 0)]
+    assert reported(game) == [(0, "play", None, 0, 0)]
     assert game.quality.filter(pl.col("flaw") == "damaged record").select("count", "note").rows() == [
         (2, "referee packets that cannot be decoded")]
 

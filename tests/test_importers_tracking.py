@@ -23,7 +23,7 @@ MAPS = Path(__file__).parents[1] / "data" / "samples" / "maps"
 
 
 def test_plain_form() -> None:
-    """The plain form is read as it is, and what is guessed is told."""
+    """The plain form is read as it is, and what is guessed is reported."""
     match = read(f"{HEADER}\n{FRAME}1,10.025,ball,,0.5,-0.25,\n1,10.025,greens,1,0.6,0.3,0\n")
     assert (match.info.home, match.info.away) == ("greens", "reds")
     assert match.frames.number.tolist() == [0, 1]
@@ -121,7 +121,7 @@ def test_no_frame_numbers() -> None:
 
 
 def test_names_of_players() -> None:
-    """Names of players are numbered, and the numbers are told."""
+    """Names of players are numbered, and the numbers are reported."""
     match = read(
         "frame,t,team,player,x,y\n0,0,a,zoe,0.1,0\n0,0,a,ann,0.7,0\n0,0,b,7,-0.2,0\n0,0,b,30000,-0.6,0\n"
     )

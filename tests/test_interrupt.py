@@ -145,7 +145,7 @@ def test_a_deaf_command_stops(finished):
 def test_a_query_stops(finished):
     """Ctrl-C stops a query."""
     forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
-    told = """
+    reported = """
 from pitchlore.pipeline.face import league
 ask = league.ask
 def told(*arguments):
@@ -153,7 +153,7 @@ def told(*arguments):
     return ask(*arguments)
 league.ask = told
 """
-    with terminal("sql", forever, "x", "--data", finished, before=told) as command:
+    with terminal("sql", forever, "x", "--data", finished, before=reported) as command:
         command.until("moment")
         time.sleep(0.5)  # into the query
         assert_stopped(command)

@@ -26,7 +26,7 @@ EVERY = int(os.environ.get("PITCHLORE_STEPS", "25"))
 
 
 @pytest.fixture(scope="module")
-def told() -> Iterator[Callable[..., tuple[int, int]]]:
+def reported() -> Iterator[Callable[..., tuple[int, int]]]:
     """Does an action on a folder so often, and dies at a step; the number of steps, and the exit code."""
     here = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
     with subprocess.Popen([sys.executable, "-m", "support.killing"], env=here, text=True,
@@ -66,21 +66,21 @@ def prepared(finished: Path, data: Path, *without: str) -> Path:
     ("forget", (), 1),
     ("season", (), 2),
 ])
-def test_killed_at_a_step(finished, tmp_path, told, action, without, times):
+def test_killed_at_a_step(finished, tmp_path, reported, action, without, times):
     """After a kill all that stands is whole, and the same command gives the bytes of a quiet run."""
     data = tmp_path / "data"
     prepared(finished, data, *without)
-    steps, code = told(0, action, data, times)
+    steps, code = reported(0, action, data, times)
     assert (steps > 10, code) == (True, 0)
-    assert told(0, "prune", data)[1] == 0
+    assert reported(0, "prune", data)[1] == 0
     quiet = contents(data)
     every = EVERY * (24 if action == "season" else 1)
     for step in range(1 + every // 2, steps + 1, every):
         prepared(finished, data, *without)
-        assert told(step, action, data, times)[1] == -9
+        assert reported(step, action, data, times)[1] == -9
         assert verify_all(Store(data)).problems == [], step
-        assert told(0, action, data, times)[1] == 0
-        assert told(0, "prune", data)[1] == 0  # a kill may leave files that no receipt names
+        assert reported(0, action, data, times)[1] == 0
+        assert reported(0, "prune", data)[1] == 0  # a kill may leave files that no receipt names
         assert contents(data) == quiet, step
         store = Store(data)
         assert refresh(store)[1] == []

@@ -202,7 +202,7 @@ class TestMerging:
 
 
     def test_teams_apart(self):
-        """The same behaviour of another team, or of a time when teams were not told apart, stays apart."""
+        """The same behaviour of another team, or of a time when teams were not distinguished, stays apart."""
         ours, theirs, unknown = (
             behaviours([patterns(("s", [46], value), team=team, kind=team and "vsss")], 1)
             for team, value in (("us", 0.5), ("them", 0.25), (None, 0.75)))

@@ -134,7 +134,7 @@ class TestKicks:
         assert kicks.named(spans((1, 10, 12)), spans(*found)).to_list() == [named]
 
     def test_conditions(self):
-        """An act is told by the ball's speed after, its distance before, and who was near before."""
+        """An act is found from the ball's speed after, its distance before, and who was near before."""
         bodies = {  # cycles of 0.1 s; both kick in the cycle that 1.1 s shows
             "ball": goes((0, 0.8, 0, 0), (1.0, 0.8, 0, 0), (2.0, 5.8, 0, 0)),
             "home-1": stands(0, 0), "home-2": stands(0.8, 0.38), "away-1": stands(3, 0), "away-2": stands(-20, 0),

@@ -47,8 +47,8 @@ def test_nothing_to_learn(call, data):  # type: ignore[no-untyped-def]
     assert "blue (home) – yellow (away), score unknown, 0:04 min" in out
     assert out.count("unknown") == 3  # score, and the goals of either side
     assert "0 : 0" not in out
-    told = json.loads(call("commentary", "noball", "--json", "--data", data)[1])["summary"]
-    assert [(told[side]["score"], told[side]["goals"]) for side in ("home", "away")] == [(None, None)] * 2
+    reported = json.loads(call("commentary", "noball", "--json", "--data", data)[1])["summary"]
+    assert [(reported[side]["score"], reported[side]["goals"]) for side in ("home", "away")] == [(None, None)] * 2
     rows = json.loads(call("sql", "select score_home, score_away from matches", "--json", "--data", data)[1])
     assert rows == [{"score_home": None, "score_away": None}]
     call("scout", "noball", "--data", data)

@@ -42,7 +42,7 @@ def test_blind_for_a_time():
 
 
 def test_learns_nothing_from_shuffled_actions():
-    """The control of a season: with the actions of a role dealt out anew, none is told from another by place."""
+    """The control of a season: with the actions of a role dealt out anew, none is reported from another by place."""
     sight, code, change = two_places(1)
     found, kept = dealt(actions_dealt, *decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44]),
                         SMALL, 1)
@@ -54,7 +54,7 @@ def test_learns_nothing_from_shuffled_actions():
 
 
 def test_learns_no_places_from_drawn_sights():
-    """The control of looking: with sights of other moments no place is told apart, and what is always worse still is."""
+    """The control of looking: with sights of other moments no place is distinguished, and what is always worse still is."""
     sight, code, change = two_places(1)
     found, kept = dealt(sights_dealt, *decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88]),
                         SMALL.model_copy(update={"least_share": 0.0}), 1)

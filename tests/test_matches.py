@@ -183,7 +183,7 @@ def test_row():
     ],
 )
 def test_goal_of_unknown_team(events, score):
-    """The score after a goal of unknown team is null until it is told."""
+    """The score after a goal of unknown team is null until it is reported."""
     referee = referee_of((0, "kick-off", None, 0, 0, None), *events)
     row, = Matches.validate(matches.row(MatchLog(INFO, frames_of([2, 2]), referee))).rows(named=True)
     assert (row["score_home"], row["score_away"]) == score

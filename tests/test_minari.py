@@ -68,9 +68,9 @@ def table(store) -> pl.DataFrame:
 def rebuilt(dataset) -> pl.DataFrame:
     """The table of decisions, of nothing but what Minari loads."""
     known = dataset.storage.metadata
-    told = dataset.storage.get_episode_metadata(range(dataset.total_episodes))
+    reported = dataset.storage.get_episode_metadata(range(dataset.total_episodes))
     rows = []
-    for episode, own in zip(dataset.iterate_episodes(), told, strict=True):
+    for episode, own in zip(dataset.iterate_episodes(), reported, strict=True):
         assert all(seen in dataset.observation_space for seen in episode.observations)
         assert all(action in dataset.action_space for action in episode.actions)
         assert len(episode.observations) == len(episode.actions) + 1

@@ -31,10 +31,10 @@ PLAIN = ModelSettings(boosting_goals=10_000)
 BOTH = pytest.mark.parametrize("settings", [PLAIN, pytest.param(SMALL, marks=pytest.mark.slow)])
 
 
-def played(seed, *, matches=6, segments=8, told=True):
+def played(seed, *, matches=6, segments=8, reported=True):
     """Moments of matches in segments of twelve seconds, the last five of which precede a goal, if one comes.
 
-    ``ball_x`` tells who scores; all other features are noise, and all are if not ``told``.
+    ``ball_x`` tells who scores; all other features are noise, and all are if not ``reported``.
     """
     rng = np.random.default_rng(seed)
     parts = []
@@ -46,7 +46,7 @@ def played(seed, *, matches=6, segments=8, told=True):
         noise[:, ::7, 20] = np.nan
         for side, (team, table) in enumerate(zip(("home", "away"), noise, strict=True)):
             view = sign * (1, -1)[side]
-            if told:
+            if reported:
                 table[:, 0] = view + rng.normal(0, 0.4, n)
             parts.append(pl.DataFrame({
                 "match_id": f"match-{match}", "team": team, "t_ns": np.arange(n) * S,
@@ -126,7 +126,7 @@ class TestModels:
     @pytest.mark.parametrize("seed", range(4))
     def test_nothing_to_learn(self, seed):
         """Where nothing tells the goal, nothing is learned, though a model's errors would tell it backwards."""
-        table = played(seed, matches=10, segments=24, told=False)
+        table = played(seed, matches=10, segments=24, reported=False)
         models, report = fit(table, PLAIN)
         assert report["logistic"]["auc"] == pytest.approx(0.5, abs=0.05)
         assert report["logistic"]["log_loss"] > report["rate"]["log_loss"] - 0.002
@@ -170,17 +170,17 @@ class TestModels:
 
     def test_ready_model(self):
         """A model that is ready is kept where the own ones are no better, and is calibrated."""
-        noise = played(0, matches=10, segments=24, told=False)
+        noise = played(0, matches=10, segments=24, reported=False)
         known = Logistic(np.array([0]), np.zeros(1), np.ones(1), np.array([3.0]), np.array([-2.0]))
         ready = Models((known,), np.array([1.0, 0.0]), (), 0)
-        told = played(1, matches=1, segments=30)
-        models, report = fit(told, PLAIN, ready)
+        reported = played(1, matches=1, segments=30)
+        models, report = fit(reported, PLAIN, ready)
         assert report["kind"] == min(("shipped", "logistic"), key=lambda kind: report[kind]["log_loss"])
         assert report["shipped"]["auc"] > 0.85
         assert all(same_fit(each, known) for each in models.fits) == (report["kind"] == "shipped")
-        assert models.chances(told).mean() == pytest.approx(told["scores"].mean(), abs=0.02)
+        assert models.chances(reported).mean() == pytest.approx(reported["scores"].mean(), abs=0.02)
         few = PLAIN.model_copy(update={"goals_at_least": 2, "block_s": 12.0})
-        first = told.filter(pl.col("segment") < 10)
+        first = reported.filter(pl.col("segment") < 10)
         models, report = fit(first, few, ready)
         assert report["kind"] == "shipped"
         assert to_bytes(from_bytes(to_bytes(models))) == to_bytes(models)

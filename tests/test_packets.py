@@ -100,10 +100,10 @@ def test_a_killed_recording_keeps_what_was_handed_over(packets: list[Packet], at
 
 def test_any_reader_of_mcap_reads_it() -> None:
     packets = vsss_packets(1.0)
-    told = [(channel.topic, message.log_time, message.data) for _, channel, message in
+    reported = [(channel.topic, message.log_time, message.data) for _, channel, message in
             make_reader(io.BytesIO(recorded("vsss", packets))).iter_messages(log_time_order=False)]
     topics = {VISION: "/vsss/vision", REFEREE: "/vsss/referee"}
-    assert told == [(topics[packet.channel], packet.t_ns, packet.data) for packet in packets]
+    assert reported == [(topics[packet.channel], packet.t_ns, packet.data) for packet in packets]
 
 
 def test_a_recording_is_no_log_of_ours() -> None:
@@ -145,8 +145,8 @@ def test_vsss() -> None:
     assert robot["id"].tolist() == [0, 1, 2, 0, 1, 2]
     np.testing.assert_allclose(robot["x"], [-0.4] * 3 + [0.4] * 3, atol=1e-6)
     np.testing.assert_allclose(np.abs(robot["theta"][3:]), math.pi, atol=1e-6)
-    told = match.referee.select("event", "team", "score_home", "score_away").rows()
-    assert told == [("kick-off", "home", 0, 0), ("goal", "home", 1, 0), ("kick-off", "away", 1, 0)]
+    reported = match.referee.select("event", "team", "score_home", "score_away").rows()
+    assert reported == [("kick-off", "home", 0, 0), ("goal", "home", 1, 0), ("kick-off", "away", 1, 0)]
 
 
 def test_vsss_without_a_score() -> None:
@@ -193,8 +193,8 @@ def test_vsss_commands_at_one_time() -> None:
                     for i, foul in enumerate(fouls)]
     packets.sort(key=lambda packet: packet.t_ns)
     match = imported(recorded("vsss", packets))
-    told = [(round(t_ns * 60 / 1e9), event) for t_ns, event in match.referee.select("t_ns", "event").rows()]
-    assert told == [(30, "play"), (90, "kick-off"), (90, "stop"), (150, "play")]
+    reported = [(round(t_ns * 60 / 1e9), event) for t_ns, event in match.referee.select("t_ns", "event").rows()]
+    assert reported == [(30, "play"), (90, "kick-off"), (90, "stop"), (150, "play")]
 
 
 def test_vsss_second_half() -> None:

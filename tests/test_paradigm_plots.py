@@ -86,7 +86,7 @@ def test_looks():
             assert looks.setdefault(label, look(handle)) == look(handle)
     assert len(looks) == len(set(looks.values())) == 9
     by_learner = {label.split(",")[0]: marker for label, (_, marker, _, _) in looks.items()}
-    assert len(set(by_learner.values())) == len(by_learner)  # told apart without colour
+    assert len(set(by_learner.values())) == len(by_learner)  # distinguished without colour
 
 
 def test_printed_reading():

@@ -472,8 +472,8 @@ def test_informative_readings():
         point(5, "JAQ", 0.0, study="sensitivity", reading="discount 0.9, beliefs by recency 0.1"),
         point(5, "IVQ", 0.9, study="confirmation", reading="influence outside, discount 0.92"),
     ]
-    told = informative(table(*rows), best=1)
-    assert sorted(told.select("learner", "reading").rows()) == [
+    reported = informative(table(*rows), best=1)
+    assert sorted(reported.select("learner", "reading").rows()) == [
         ("IVQ", "influence outside"), ("IVQ", "influence outside, discount 0.9"), ("IVQ", "printed"),
         ("JAQ", "discount 0.9, beliefs by recency 0.1"),
     ]

@@ -124,7 +124,7 @@ def test_comparison(played, tmp_path, capsys, monkeypatch):
         main([*words, "--export", str(tmp_path)])
     assert stopped.value.code == 0
     out = capsys.readouterr().out
-    (told,) = re.findall(r"IVQ less IQ, 60 trainings each, seed 2000: (-?[0-9.]+) \[(-?[0-9.]+), (-?[0-9.]+)\]", out)
+    (reported,) = re.findall(r"IVQ less IQ, 60 trainings each, seed 2000: (-?[0-9.]+) \[(-?[0-9.]+), (-?[0-9.]+)\]", out)
     points = pl.read_csv(tmp_path / "figure-5-r4-s0-quick.comparison.csv")
     assert points.select("learner", "reading", "decay", "runs", "seed").sort("learner").rows() == [
         ("IQ", "printed", 0.9997, 60, 2000), ("IVQ", "printed", 0.9997, 60, 2000)]
@@ -132,7 +132,7 @@ def test_comparison(played, tmp_path, capsys, monkeypatch):
     iq, ivq = points.sort("learner")["p_optimal"]
     assert lead["difference"] == pytest.approx(ivq - iq, abs=2e-4)
     assert lead["low"] < lead["difference"] < lead["high"]
-    assert tuple(map(float, told)) == pytest.approx((lead["difference"], lead["low"], lead["high"]), abs=1e-4)
+    assert tuple(map(float, reported)) == pytest.approx((lead["difference"], lead["low"], lead["high"]), abs=1e-4)
     assert "any equilibrium at 0.9997" in re.sub(r"[^a-z0-9.]+", " ", out)
     with pytest.raises(SystemExit):
         main([*words, "--json"])

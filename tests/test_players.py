@@ -189,7 +189,7 @@ class TestBall:
         assert has_ball(view_of((0.0, 0.0, 0.0), ball=(x, y, 0, 0)), 1, M) == has
 
     def test_comes_and_passes_beside(self):
-        """Speed and course of a ball that comes are told, and how far aside it passes."""
+        """Speed and course of a ball that comes are reported, and how far aside it passes."""
         # rolls to -x at 0.5 m/s, 5 cm to the left of a robot that looks at it
         speed, ux, uy, aside = coming(view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, -0.5, 0)), 1, M)
         assert (speed, ux, uy, aside) == pytest.approx((0.5, -1.0, 0.0, 0.05))

@@ -344,7 +344,7 @@ def test_outcome_start():
 
 @pytest.mark.parametrize(("source", "learned"), [("chosen", (1.0, 0.0)), ("seen", (0.0, -1.0)), ("both", (1.0, -1.0))])
 def test_learning_sources(source, learned):
-    """Chosen decisions and seen ones are told apart."""
+    """Chosen decisions and seen ones are distinguished."""
     known = occasions(("striker", 5, KICK), ("striker", 7, GUIDE))
     # the same robot in the same episode: the two must not follow each other
     match = pl.concat([

@@ -30,9 +30,9 @@ def play(store, match, reward=1.0, *, chosen=True, team="home"):
                          schema=Sides.dtypes(), orient="row")
     store.commit(Work("sides", match, {}, version=1),
                  Made([(sides, Sides)], details={"kind": "vsss", "counts_as": ["us", "them"]}))
-    told = {"sha256": decision_digests(table)[match], "choosing": [team] if chosen else []}
+    reported = {"sha256": decision_digests(table)[match], "choosing": [team] if chosen else []}
     return store.commit(Work("decisions", group_of(match), {"reward": reward, "chosen": chosen, "team": team}, version=1),
-                        Made([(table, Decisions)], details={"matches": {match: told}}))
+                        Made([(table, Decisions)], details={"matches": {match: reported}}))
 
 
 def group_of(match):
@@ -48,8 +48,8 @@ def know(store, *receipts, accumulate, imitates="us"):
     with store.claim("knowledge") as version:
         made = Made([(Behaviours.empty(), Behaviours), (pl.DataFrame([row], schema=Occasions.dtypes()), Occasions)],
                     details={"imitates": {"team": imitates, "kind": "vsss"}})
-        inputs = {label_of(receipt, match): told["sha256"]
-                  for receipt in receipts for match, told in receipt.details["matches"].items()}
+        inputs = {label_of(receipt, match): reported["sha256"]
+                  for receipt in receipts for match, reported in receipt.details["matches"].items()}
         of = Work("knowledge", "knowledge", {"accumulate": accumulate}, version=1, inputs=inputs)
         return store.commit_version(of, made, version, parent=parent.version if parent else None)
 

@@ -42,11 +42,11 @@ def without_headings(match: MatchLog) -> MatchLog:
 def test_every_kind_is_measured() -> None:
     """Each kind of match has codes of Table 1 that its recordings showed, and how long these were."""
     assert set(USUAL) == {kind.value for kind in Kind}
-    for told in USUAL.values():
-        assert set(map(int, told["rates"])) <= set(TABLE_1) - {MOVES_RANDOMLY}
-        assert len(told["rates"]) >= 20
-        assert told["robot_s"] > 900
-        assert min(told["rates"].values()) > 0
+    for reported in USUAL.values():
+        assert set(map(int, reported["rates"])) <= set(TABLE_1) - {MOVES_RANDOMLY}
+        assert len(reported["rates"]) >= 20
+        assert reported["robot_s"] > 900
+        assert min(reported["rates"].values()) > 0
 
 
 def test_the_rates_are_those_of_the_sample() -> None:

@@ -1,4 +1,4 @@
-"""The referee: goals, stuck balls, the clock, properties of whole matches, and what the log is told."""
+"""The referee: goals, stuck balls, the clock, properties of whole matches, and what the log is reported."""
 
 from __future__ import annotations
 

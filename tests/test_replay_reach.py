@@ -36,7 +36,7 @@ def whole(name: str, folder: Path) -> str:
     match = handmade(pitch, matches=row, referee=log.referee, goals=scored, situations=done, trajectories=table,
                   possession=held, passes=passed, shots=shot)
     path = folder / "replay.html"
-    path.write_text(replay_page(match, told=commentary(match).sentences()))
+    path.write_text(replay_page(match, reported=commentary(match).sentences()))
     return path.as_uri()
 
 
@@ -139,7 +139,7 @@ def test_banner_of_a_goal(page, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_score_that_nobody_knows(page, tmp_path, known):
-    """A score that nobody told is "? : ?" all along, also beside a goal that was found; one that is told is shown."""
+    """A score that nobody reported is "? : ?" all along, also beside a goal that was found; one that is reported is shown."""
     rows = [(t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
             for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))]
     goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct", "ball", 0.95)], schema=Goals.dtypes(), orient="row")
@@ -147,8 +147,8 @@ def test_score_that_nobody_knows(page, tmp_path, known):
     referee = pl.DataFrame([("m-1", t * MS, event, team, *score, None) for (t, event, team), score in zip(
         ((0, "play", None), (450, "goal", "home")), scores, strict=True)], schema=Referee.dtypes(), orient="row")
     (tmp_path / "replay.html").write_text(make(samples(rows), goals=goals, referee=referee))
-    for t, told in ((0.2, "0 : 0"), (1.0, "1 : 0")):
+    for t, reported in ((0.2, "0 : 0"), (1.0, "1 : 0")):
         page.goto("about:blank")
         page.goto(f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
         shown(page)
-        assert page.locator("#score").text_content() == (told if known else "? : ?")
+        assert page.locator("#score").text_content() == (reported if known else "? : ?")

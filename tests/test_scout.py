@@ -117,16 +117,16 @@ def test_by_lead():
     table, _ = trajectories(log, TrajectorySettings())
     found = events(table, log.referee, log.info.pitch, EventSettings())
     scored = goals(log.referee, table, Situations.empty(), log.info.pitch, GoalSettings())
-    told = handmade(matches=matches_row(log), referee=log.referee, trajectories=table, goals=scored, **found._asdict())
-    both = by_lead(told)
-    assert sum(it.seconds for it in both["home"].values()) == pytest.approx(told.matches["duration_s"][0], abs=0.01)
+    reported = handmade(matches=matches_row(log), referee=log.referee, trajectories=table, goals=scored, **found._asdict())
+    both = by_lead(reported)
+    assert sum(it.seconds for it in both["home"].values()) == pytest.approx(reported.matches["duration_s"][0], abs=0.01)
     for name, other in (("leads", "trails"), ("level", "level"), ("trails", "leads")):
         assert both["home"][name].seconds == both["away"][other].seconds
         assert both["home"][name].owned_s == pytest.approx(
             both["home"][name].held_s + both["away"][other].held_s)
-    on_target = told.shots.filter(pl.col("outcome") != "wide")
+    on_target = reported.shots.filter(pl.col("outcome") != "wide")
     assert sum(it.shots for side in both.values() for it in side.values()) == on_target.height
-    first = told.goals["t_ns"][0]
+    first = reported.goals["t_ns"][0]
     assert both["home"]["level"].seconds >= first / 1e9
     assert both["home"]["leads"].seconds > 500
     assert both["away"]["leads"].seconds == 0, "21 : 4, home led all along"
@@ -247,7 +247,7 @@ def test_gone_with_its_match(store, tmp_path):
 
 @pytest.mark.slow
 def test_command(store, tmp_path, capsys):
-    """The command writes where it is told, and says what it wrote."""
+    """The command writes where it is reported, and says what it wrote."""
     with pytest.raises(SystemExit) as stopped:
         main(["scout", "--data", str(store.root), "--out", str(tmp_path / "pages")])
     assert stopped.value.code == 0
@@ -272,8 +272,8 @@ def test_after_a_run(tmp_path, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(words)
     assert stopped.value.code == 1
-    told = capsys.readouterr()
-    assert "scout pages" in " ".join((told.out + told.err).split())
+    reported = capsys.readouterr()
+    assert "scout pages" in " ".join((reported.out + reported.err).split())
 
 
 def test_nothing_has_run(tmp_path, capsys):

@@ -158,7 +158,7 @@ def test_goals_of_a_match(store):
 
 
 def test_change_within_chance():
-    """A change that chance gives is not told as one: 10 to 12 is within, 10 to 40 is beyond."""
+    """A change that chance gives is not reported as one: 10 to 12 is within, 10 to 40 is beyond."""
     small, great = change_of_count(10, 12, (60.0, 60.0)), change_of_count(10, 40, (60.0, 60.0))
     assert not small.beyond
     assert great.beyond

@@ -126,10 +126,10 @@ def test_placed():
     rows += [("home", 2, 0, float("nan"), 0.0)]
     trajectories = pl.DataFrame(rows, orient="row", schema={
         name: Trajectories.dtypes()[name] for name in ("team", "robot", "t_ns", "x", "y")})
-    told = occurrence_places(found, trajectories).sort("behaviour_id")
-    assert told.select("x", "y", "to_x", "to_y").rows()[0] == pytest.approx((0.1, 0.05, 0.2, 0.1))
-    assert told.select("x", "y", "to_x", "to_y").rows()[1] == pytest.approx((0.0, -0.5, -0.1, -0.5))
-    assert told.select("x", "to_x").rows()[2] == (None, None)
+    reported = occurrence_places(found, trajectories).sort("behaviour_id")
+    assert reported.select("x", "y", "to_x", "to_y").rows()[0] == pytest.approx((0.1, 0.05, 0.2, 0.1))
+    assert reported.select("x", "y", "to_x", "to_y").rows()[1] == pytest.approx((0.0, -0.5, -0.1, -0.5))
+    assert reported.select("x", "to_x").rows()[2] == (None, None)
 
 
 def test_begins_where_its_situation_does(store):
@@ -140,13 +140,13 @@ def test_begins_where_its_situation_does(store):
         for side, team in zip(SIDES, (match.home, match.away), strict=True):
             sequence = match.sequences.filter(pl.col("team") == side)
             found = occurrence_places(occurrences(sequence, known.of(team)), trajectories)
-            told = found.join(
+            reported = found.join(
                 sequence.select("robot", "start_ns", wanted_x="x", wanted_y="y"), left_on=("robot", "t_ns"),
                 right_on=("robot", "start_ns")).drop_nulls()
-            checked += told.height
-            assert told["x"].to_list() == pytest.approx(told["wanted_x"].to_list())
-            assert told["y"].to_list() == pytest.approx(told["wanted_y"].to_list())
-            assert told.is_empty() or (told["x"] != told["to_x"]).any()
+            checked += reported.height
+            assert reported["x"].to_list() == pytest.approx(reported["wanted_x"].to_list())
+            assert reported["y"].to_list() == pytest.approx(reported["wanted_y"].to_list())
+            assert reported.is_empty() or (reported["x"] != reported["to_x"]).any()
     assert checked > 20
 
 

@@ -77,14 +77,14 @@ def test_every_state_is_told(key, role, levels):
     slot = ROLES.index(role)
     state = encode(np.array([levels], dtype=np.uint8), key, np.array([slot]))
     words = levels_in_words(elements_of(state, key, slot)[0].to_list())
-    told = " ".join(sentences(words, role))
-    assert ("We lead" in told, "It is level" in told, "We trail" in told).count(True) == ("score" in words)
-    assert ("Play is" in told) == ("game situation" in words)
+    reported = " ".join(sentences(words, role))
+    assert ("We lead" in reported, "It is level" in reported, "We trail" in reported).count(True) == ("score" in words)
+    assert ("Play is" in reported) == ("game situation" in words)
     assert (zone(words, VSSS) is None) == ("distance of ball to own goal" not in words)
     assert (around_ball(words, role, VSSS) is None) == (f"distance of own {role} to ball" not in words)
-    assert told.count("(decides)") <= 1
+    assert reported.count("(decides)") <= 1
     if key == "role0":
-        assert told == "Any state: the key keeps nothing of it."
+        assert reported == "Any state: the key keeps nothing of it."
 
 
 def test_sentences():
@@ -188,7 +188,7 @@ def test_older_policy(store, tmp_path, capsys):
     emit(own, older, COARSER.policies, scope_of(own))
     page = policy_page(write_pages(own))
     assert "trained before" in page
-    assert not [it for it in newest_policies(own, list(played(own))) if it.told]
+    assert not [it for it in newest_policies(own, list(played(own))) if it.reported]
     with pytest.raises(SystemExit) as stopped:
         main(["policy", "show", "--data", str(own.root)])
     assert stopped.value.code == 1

@@ -137,7 +137,7 @@ def test_rate_interval():
     # never beyond what a rate can be
     estimate, _ = pooled([0.0, 1.0], "rate", 10)
     assert estimate == (0.5, 0.0, 1.0)
-    # of one apprentice it cannot be told how others differ
+    # of one apprentice it is unknown how others differ
     assert math.isnan(pooled([0.9], "rate", 1000)[0].low)
 
 

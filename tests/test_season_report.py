@@ -386,6 +386,6 @@ def test_broken_receipt(tmp_path, capsys):
     put(store, *tables(season("paper", "static", 1, last=2), season("paper", "static", 2, last=2)))
     (tmp_path / "seasons" / "paper-static-s2.receipt.json").write_text("{")
     main_ok(["report", "--json", "--data", str(tmp_path)])
-    told = capsys.readouterr()
-    assert "season paper-static-s2 is left out" in told.err
-    assert [row["seasons"] for row in json.loads(told.out)["played"]] == [1]
+    reported = capsys.readouterr()
+    assert "season paper-static-s2 is left out" in reported.err
+    assert [row["seasons"] for row in json.loads(reported.out)["played"]] == [1]

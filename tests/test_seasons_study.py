@@ -122,8 +122,8 @@ def test_kick_offs_of_the_paper():
     assert "There are 3 of them for each kick-off. Goals + 1 accounts for 100 %" in said
     assert "the paper's 132 learned actions a game (from game 11 on) are 44.1 kick-offs, one each 10.9 s" in said
     some = [season("paper-full35", HUMAN, s, last=20, other=lambda g: 3.0) for s in range(3)]
-    told = "\n".join(about_kick_offs(tables(*some)[0]))
-    assert "- With `paper-full35` against human-like (a second script): 100 % of our learned actions" in told
+    reported = "\n".join(about_kick_offs(tables(*some)[0]))
+    assert "- With `paper-full35` against human-like (a second script): 100 % of our learned actions" in reported
 
 
 def test_preferences_on_page():

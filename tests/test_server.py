@@ -80,19 +80,19 @@ def test_two_starts(uvicorn, data, call):
     """Two starts at once start one server, which status, a third start and stop find."""
     uvicorn(UVICORN)
     with begin("server", "start", "--json", "--data", data) as one, begin("server", "start", "--json", "--data", data) as two:
-        told = [json.loads(process.communicate(timeout=300)[0]) for process in (one, two)]
-    assert sorted(said["new"] for said in told) == [False, True]
-    assert told[0]["pid"] == told[1]["pid"]
+        reported = [json.loads(process.communicate(timeout=300)[0]) for process in (one, two)]
+    assert sorted(said["new"] for said in reported) == [False, True]
+    assert reported[0]["pid"] == reported[1]["pid"]
     code, out, _ = call("server", "status", "--json", "--data", data)
     assert code == 0
-    assert json.loads(out) == {"running": True} | {name: told[0][name] for name in ("ui", "api", "pid")}
+    assert json.loads(out) == {"running": True} | {name: reported[0][name] for name in ("ui", "api", "pid")}
     code, out, _ = call("server", "start", "--data", data)
-    assert (code, out.splitlines()[0]) == (0, f"runs already: {told[0]['ui']}")
-    assert call("server", "stop", "--data", data)[:2] == (0, f"stopped: {told[0]['ui']}\n")
+    assert (code, out.splitlines()[0]) == (0, f"runs already: {reported[0]['ui']}")
+    assert call("server", "stop", "--data", data)[:2] == (0, f"stopped: {reported[0]['ui']}\n")
     assert call("server", "stop", "--data", data)[:2] == (0, "no server runs\n")
     code, out, _ = call("server", "status", "--data", data)
     assert (code, out) == (1, "no server runs: `pitchlore server start` starts one\n")
-    assert not alive(told[0]["pid"])
+    assert not alive(reported[0]["pid"])
 
 
 @pytest.mark.parametrize("spoil", [
@@ -145,7 +145,7 @@ def test_stale_record(data):
 
 
 def test_taken_port(data, call):
-    """A port that is taken is told in one line."""
+    """A port that is taken is reported in one line."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         code, out, err = call("server", "start", "--port", port, "--data", data)
@@ -235,7 +235,7 @@ def pages():
 
 @pytest.mark.parametrize("words", [("import", "x.csv"), ("serve",)])
 def test_nobody_at_address(data, words, monkeypatch):
-    """An address where no server answers is told in one line, without a traceback."""
+    """An address where no server answers is reported in one line, without a traceback."""
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
     code, out, err = ended(*words, "--data", data)
     assert (code, out) == (1, "")
@@ -245,7 +245,7 @@ def test_nobody_at_address(data, words, monkeypatch):
 
 
 def test_address_without_api(data, pages, monkeypatch):
-    """An address without Prefect's API is told in one line that names the address to set."""
+    """An address without Prefect's API is reported in one line that names the address to set."""
     monkeypatch.setenv("PREFECT_API_URL", pages)
     code, out, err = ended("run", "--data", data)
     assert (code, out) == (1, "")

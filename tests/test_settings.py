@@ -1,4 +1,4 @@
-"""Settings: what a TOML file may say, and how it is told what it may not."""
+"""Settings: what a TOML file may say, and how its errors are reported."""
 
 from __future__ import annotations
 

@@ -45,9 +45,9 @@ TABLES = "polars pyarrow duckdb dataframely numpy"
 def test_loaded_packages(finished, tmp_path, monkeypatch, words, packages):
     """A command loads none of the packages that it does not need."""
     monkeypatch.setenv("PITCHLORE_DATA", str(finished))
-    told = subprocess.run([sys.executable, "-c", LOADED, *words, packages], cwd=tmp_path, text=True, check=True,
+    reported = subprocess.run([sys.executable, "-c", LOADED, *words, packages], cwd=tmp_path, text=True, check=True,
                           capture_output=True).stdout
-    assert told.splitlines()[-1] == "loaded:"
+    assert reported.splitlines()[-1] == "loaded:"
 
 
 def test_every_command_is_there():

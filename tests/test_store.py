@@ -230,7 +230,7 @@ def test_crash_of_version(tmp_path, monkeypatch, error):
 
 
 def test_full_disk(tmp_path, monkeypatch):
-    """A full disk is told with the next step, and is worth a retry."""
+    """A full disk is reported with the next step, and is worth a retry."""
     with (
         pytest.raises(StorageFailed, match=r"cannot be written \(No space left on device\)\. Free space") as caught,
         failing_at(monkeypatch, 1, lambda: OSError(errno.ENOSPC, "No space left on device")),

@@ -330,6 +330,6 @@ def test_soak(tmp_path, monkeypatch, commands_here):
     (out := tmp_path / "out").mkdir()
     assert soak.study.main(tmp_path, out, 5.0, 1) == 0
     same_columns(out, "soak", "samples.csv")
-    told, there = (json.loads((folder / "figures.json").read_text()) for folder in (out, STUDIES / "soak"))
-    assert told.keys() == there.keys()
-    assert told["of these different"] == 0
+    reported, there = (json.loads((folder / "figures.json").read_text()) for folder in (out, STUDIES / "soak"))
+    assert reported.keys() == there.keys()
+    assert reported["of these different"] == 0

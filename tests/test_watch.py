@@ -352,8 +352,8 @@ def test_multicast(tmp_path: Path) -> None:
         done = subprocess.run([*inside, sys.executable, script, tmp_path], capture_output=True, text=True, check=False,
                               timeout=60, env=os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"})
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["packets"] == told["sent"] == 40
+    reported = json.loads(done.stdout)
+    assert reported["packets"] == reported["sent"] == 40
 
 
 @pytest.mark.unit

@@ -15,21 +15,21 @@ def commentary(
     Args:
         match: Id of the match, or its beginning.
         goals: Tell only the goals.
-        json: Print what is told and the summary as JSON.
+        json: Print what is reported and the summary as JSON.
         common: Options of every command.
     """
-    told = common.league.match(match).commentary()
-    moments = [moment for moment in told.moments if moment.kind == "goal" or not goals]
+    reported = common.league.match(match).commentary()
+    moments = [moment for moment in reported.moments if moment.kind == "goal" or not goals]
     if json:
         print_json({"moments": [moment.facts() for moment in moments],
-                    "summary": told.summary.model_dump(mode="json")})
+                    "summary": reported.summary.model_dump(mode="json")})
         return
     out = console()
-    for line in told.heading():
+    for line in reported.heading():
         out.print(line, style="bold", soft_wrap=True)
     for moment in moments:
         style = "bold" if moment.kind == "goal" else None
         out.print(moment.line(), style=style, highlight=False, soft_wrap=True)
     out.print()
-    for line in told.numbers():
+    for line in reported.numbers():
         out.print(line, highlight=False, soft_wrap=True)

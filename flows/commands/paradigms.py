@@ -75,12 +75,12 @@ def paradigms(
     store = common.store
     place_of(on)  # so that a word that names none is refused at once
     done = perform(store, "paradigms_flow", StageReport, play_paradigms)(store.root, design, on)
-    told = [report for report in reports(design) if not {report.name, *report.sweeps} & set(done.failed)]
+    reported = [report for report in reports(design) if not {report.name, *report.sweeps} & set(done.failed)]
     if json:
         print_json([{"figure": report.figure, "points": points_of(store, report).to_dicts(),
                      "verdicts": _verdicts(store, report).to_dicts(), "leads": list(_leads(store, report))}
-                    for report in told])
-    for report in told:
+                    for report in reported])
+    for report in reported:
         if not json:
             _print(store, report)
         if export:

@@ -60,7 +60,7 @@ class Spool:
 
 @contextmanager
 def spooling() -> Iterator[None]:
-    """Errors of the temporary folder are told as such.
+    """Report errors of the temporary folder as such.
 
     Raises:
         StorageFailed: if the folder cannot be written, or is full.

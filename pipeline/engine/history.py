@@ -24,8 +24,8 @@ from pitchlore.pipeline.store.sealed import read_model, sealed
 #: The folder of the log in a data folder, and its name in reports.
 LOG = "runs"
 _END = ".json"
-#: Most failures of a run that are told one by one.
-_TOLD = 20
+#: Most failures of a run that are reported one by one.
+_REPORTED = 20
 
 
 class StageEntry(Frozen):
@@ -131,7 +131,7 @@ class Note:
         return RunEntry(
             name=f"{self._began:%Y%m%d-%H%M%S-%f}", what=self.what, began=self._began,
             seconds=round(monotonic() - self._begun, 6), stages=tuple(stages), knowledge=report.knowledge,
-            policy=report.policy, failures=dict(list(report.failures.items())[:_TOLD]), error=error,
+            policy=report.policy, failures=dict(list(report.failures.items())[:_REPORTED]), error=error,
         )
 
     def write(self, store: Store, settings: HistorySettings, error: str | None = None) -> None:

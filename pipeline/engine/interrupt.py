@@ -46,7 +46,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
 
     Yields:
         Whether Ctrl-C has been pressed, as a function: what fails from then on was interrupted, and need not
-        be told. Compiled code makes errors of its own of KeyboardInterrupt.
+        be reported. Compiled code makes errors of its own of KeyboardInterrupt.
     """
     if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         yield lambda: False
@@ -61,10 +61,10 @@ def interruptible() -> Iterator[Callable[[], bool]]:
                 end()
             raise KeyboardInterrupt
 
-    heard, told = socket.socketpair()
-    told.setblocking(False)
+    heard, reported = socket.socketpair()
+    reported.setblocking(False)
     before = signal.signal(signal.SIGINT, interrupt), signal.set_wakeup_fd(
-        told.fileno(), warn_on_full_buffer=False)
+        reported.fileno(), warn_on_full_buffer=False)
     ending = signal.signal(signal.SIGTERM, lambda *_: None)  # so that the watch hears of it
     Thread(target=_watch, args=(heard,), name="ctrl-c", daemon=True).start()
     try:
@@ -77,7 +77,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.set_wakeup_fd(before[1])
         signal.signal(signal.SIGINT, before[0])
         signal.signal(signal.SIGTERM, ending)
-        told.close()
+        reported.close()
 
 
 @contextmanager

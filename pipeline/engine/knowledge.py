@@ -78,7 +78,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     before = next(iter(inputs[_PARENT]), None)
     version = inputs.version
     sides = pl.concat(inputs.batches("sides", Sides))
-    choosing = {match: told["choosing"] for match, told in inputs.details("decisions")["matches"].items()}
+    choosing = {match: facts["choosing"] for match, facts in inputs.details("decisions")["matches"].items()}
     records = _added_up(before, teams(sides, choosing))
     learner = imitated(records, settings.imitate, imitates(before) if before is not None else None)
     known = behaviours(inputs.tables("behaviours", Patterns), version)
@@ -114,7 +114,7 @@ def _added_up(before: Held | None, records: dict[Team, TeamRecord]) -> dict[Team
 
 
 def imitates(knowledge: Held) -> Team | None:
-    """The team that policies of a version imitate; None without any, or before teams were told apart."""
+    """The team that policies of a version imitate; None without any, or before teams were distinguished."""
     found = knowledge.details.get("imitates")
     return None if found is None else Team(**found)
 
@@ -148,11 +148,11 @@ def sha256_of(decisions: Receipt, match: str) -> str:
     Raises:
         NotFound: if the decisions were made without the match.
     """
-    told = decisions.details.get("matches", {})
-    if match not in told:
+    reported = decisions.details.get("matches", {})
+    if match not in reported:
         raise NotFound(f"decisions {decisions.name} have been made without {match}", where="decisions",
                        next_step="Run the stages again")
-    return str(told[match]["sha256"])
+    return str(reported[match]["sha256"])
 
 
 class LearnedMatch(NamedTuple):

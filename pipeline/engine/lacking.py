@@ -19,7 +19,7 @@ REMARKABLE = (
     *UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling",
     "off the pitch", "ball lost", "poor recognition",
 )
-#: Remarks of an import that are told.
+#: Remarks of an import that are reported.
 _REMARKS = 12
 #: Matches and teams that are named.
 _NAMED, _TEAMS = 5, 12
@@ -33,7 +33,7 @@ def remarks(
     Args:
         store: has the matches.
         matches: their receipts.
-        flaws: the flaws that are told.
+        flaws: the flaws that are reported.
         most: number of lines from which on the others are only counted.
     """
     lines = []
@@ -41,8 +41,8 @@ def remarks(
         if not receipt.details.get("flaws", {}).keys() & {*flaws}:
             continue
         quality = table_of(store, receipt, Quality)
-        told = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
-        lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in told.iter_rows()]
+        shown = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
+        lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in shown.iter_rows()]
     more = len(lines) - most
     return lines if more <= 0 else [*lines[:most], f"… and {more} more remarks (table quality)."]
 
@@ -99,6 +99,6 @@ def leagues(knowledge: Manifest | None) -> list[str]:
     if len(kinds) < 2:
         return []
     of = (f"{kind}: {', '.join(team['team'] for team in teams if team['kind'] == kind)}" for kind in kinds)
-    told = "; ".join(of)
-    return [(f"The knowledge is of {len(kinds)} leagues ({told}). Each team has behaviours of its own, and "
+    named = "; ".join(of)
+    return [(f"The knowledge is of {len(kinds)} leagues ({named}). Each team has behaviours of its own, and "
              "policies imitate one team. Say --kind or --team for the knowledge of one league or team.")]

@@ -111,11 +111,11 @@ def _sides(inputs: Inputs, settings: SideSettings) -> Made:
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
     from pitchlore.pipeline.stages.goals import attribute  # noqa: PLC0415 (see above)
 
-    told = inputs.details("matches").get("goals", {})
+    reported = inputs.details("matches").get("goals", {})
     table = attribute(
         inputs.table("matches", Referee), _bodies(inputs),
-        inputs.table("situations", Situations), inputs.pitch, settings, told.get("from"),
-        told.get("confidence", {}),
+        inputs.table("situations", Situations), inputs.pitch, settings, reported.get("from"),
+        reported.get("confidence", {}),
     )
     return Made([(table, Goals)], details={"goals": table.height})
 
@@ -234,10 +234,10 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
         inputs.table("behaviours", Patterns), pl.concat(inputs.batches("sequences", Choices)),
     )
     found, logged = decision_digests(table), choosing(table)
-    told = {match.name: {"sha256": found.get(match.name, digest(b"")),
+    reported = {match.name: {"sha256": found.get(match.name, digest(b"")),
                          "choosing": logged.get(match.name, [])} for match in inputs["sequences"]}
     return Made([(table, Decisions)], details={
-        "decisions": table.height, "chosen": int(table["chosen"].sum()), "matches": told})
+        "decisions": table.height, "chosen": int(table["chosen"].sum()), "matches": reported})
 
 
 STAGES = Chain(

@@ -50,7 +50,7 @@ class Pool(Protocol):
         """Wait until a task ends: key and result, or exception, of each that has ended."""
 
     def __len__(self) -> int:
-        """Number of tasks that have begun and not been told ended."""
+        """Number of tasks that have begun and not ended."""
 
 
 class Runner(Protocol):

@@ -117,7 +117,7 @@ class Match(MatchTables):
         """
         from pitchlore.pipeline.views.replay import page  # noqa: PLC0415 (loaded when asked for)
 
-        return page(self, hz=hz, told=self.commentary().sentences())
+        return page(self, hz=hz, reported=self.commentary().sentences())
 
     def replay(self, path: str | Path | None = None, *, hz: float = 20.0) -> Path:
         """Write the replay page (:meth:`page`).

@@ -107,9 +107,9 @@ FORMATS = ", ".join(reader.title for reader in READERS)
 
 #: How much of a file is looked at for how it begins, bytes.
 _BEGIN = 64
-#: What a user is told besides if it may be a provider's.
+#: Further hint to a user if it may be a provider's.
 _WHOSE = "If it is football data, say whose, as with --from kloppy:skillcorner. "
-#: What a user is told if a file is of none of the formats.
+#: Hint to a user if a file is of none of the formats.
 SUPPORTED = f"Give one of these, plain or packed with gzip or Zstandard: {FORMATS}"
 
 

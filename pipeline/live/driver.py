@@ -41,7 +41,7 @@ BLIND_S = 0.3
 _LOG_S = 1.0
 #: Between the wheels whose speeds a team decides.
 _AXLE_M = PhysicsSettings().axle
-#: Flaw of a log whose score nobody told.
+#: Flaw of a log whose score nobody reported.
 _UNTOLD = Flaw("goals unknown", (
     "neither the simulator nor a referee told the score: nothing is learned of goals. Let a referee run, or "
     "a simulator that counts goals"))
@@ -196,15 +196,15 @@ class Driver:
     def close(self) -> None:
         """End the log, which has a frame."""
         self._set(on=False, why="ended")
-        self._events.append(Event(self._t_ns(self._frame), "end", None, *self._told(), "ended"))
+        self._events.append(Event(self._t_ns(self._frame), "end", None, *self._reported(), "ended"))
         self._log()
         ends = [start for start, _ in self._periods[1:]] + [self._t_ns(self._frame) + 1]
         periods = tuple(
             Period(start_ns=start, end_ns=end, home_attacks=attacks, inferred=False)
             for (start, attacks), end in zip(self._periods, ends, strict=True))
-        told = {"goals": {"from": None if self._score is None else "referee"}}
+        added = {"goals": {"from": None if self._score is None else "referee"}}
         self._recorder.close(
-            info=self._info.model_copy(update={"periods": periods, "settings": self._info.settings | told}),
+            info=self._info.model_copy(update={"periods": periods, "settings": self._info.settings | added}),
             quality=quality_table(self._match_id, [_UNTOLD] if self._score is None else []))
 
     def _think(self) -> F64 | None:
@@ -231,13 +231,13 @@ class Driver:
 
     def _blue_attacks(self) -> Literal[1, -1]:
         """Direction by the settings, else by the referee, else by the half."""
-        told = self.referee.blue_attacks if self._job.attacks is None else None
-        return told or self._job.home_attacks(self.referee.half)
+        reported = self.referee.blue_attacks if self._job.attacks is None else None
+        return reported or self._job.home_attacks(self.referee.half)
 
     def _set(self, *, on: bool, why: str) -> None:
         """Note that play begins, or stops and why, and who scored meanwhile."""
         score = self.referee.score or self._score
-        before = self._score = self._score or score  # the first that is told is that at which we came
+        before = self._score = self._score or score  # the first that is reported is that at which we came
         scored = [] if score is None or before is None else [
             side for side in (HOME, AWAY) if score[side] > before[side]]
         if on == self._was_on and not scored:
@@ -248,17 +248,17 @@ class Driver:
             self._controller.stopped(self._frame, reward)
         self._score = score
         if scored:
-            self._events.append(Event(at, "goal", SIDES[scored[0]], *self._told(), "score"))
+            self._events.append(Event(at, "goal", SIDES[scored[0]], *self._reported(), "score"))
         elif self._was_on:
-            self._events.append(Event(at, "stop", None, *self._told(), why))
+            self._events.append(Event(at, "stop", None, *self._reported(), why))
         self._was_on = on
         if on:
             lead = 0 if score is None else score[self._job.side] - score[1 - self._job.side]
             self._controller.restarted(self._frame, lead)
-            self._events.append(Event(at, "play", None, *self._told(), "goes on"))
+            self._events.append(Event(at, "play", None, *self._reported(), "goes on"))
 
-    def _told(self) -> tuple[int | None, int | None]:
-        """The score, as far as it was told."""
+    def _reported(self) -> tuple[int | None, int | None]:
+        """The score, as far as it was reported."""
         return self._score or (None, None)
 
     def _log(self) -> None:
@@ -277,5 +277,5 @@ class Driver:
 
     def _line(self) -> str:
         state = "vision lost" if self._was_blind else "plays" if self._was_on else "stands"
-        blue, yellow = ("?" if goals is None else goals for goals in self._told())
+        blue, yellow = ("?" if goals is None else goals for goals in self._reported())
         return f"{self._frame / HZ:.0f} s, {state}, blue {blue} : {yellow} yellow"

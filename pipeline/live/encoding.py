@@ -41,9 +41,9 @@ class Wheels(NamedTuple):
 
 def wheel_commands(commands: Iterable[Wheels]) -> bytes:
     """FIRASim's packet with commands to robots."""
-    told = (span(1, _whole(1, one.number) + _whole(2, one.yellow) + _real(6, one.left / WHEEL_M)
+    reported = (span(1, _whole(1, one.number) + _whole(2, one.yellow) + _real(6, one.left / WHEEL_M)
                  + _real(7, one.right / WHEEL_M)) for one in commands)
-    return span(1, b"".join(told))
+    return span(1, b"".join(reported))
 
 
 def environment(step: int, bodies: F64, pitch: Pitch, score: Sequence[int]) -> bytes:

@@ -33,12 +33,12 @@ class RefereePacket(NamedTuple):
 def said_in(packet: Packet) -> RefereePacket:
     """The words of a sound packet of the game controller."""
     data, start, end = laid_out([packet])
-    told, _ = fields(data, start, end)
-    stage, command, left, turned = (_last(told.varints(number)[1]) for number in (
+    reported, _ = fields(data, start, end)
+    stage, command, left, turned = (_last(reported.varints(number)[1]) for number in (
         f.REFEREE_STAGE, f.REFEREE_COMMAND, f.REFEREE_TIME_LEFT, f.REFEREE_BLUE_ON_POSITIVE))
     names, goals = [], []
     for number in (f.REFEREE_YELLOW, f.REFEREE_BLUE):
-        span = told.spans(number)
+        span = reported.spans(number)
         own, _ = fields(data, span.value, span.end)
         name = own.spans(f.TEAM_NAME)
         given = [text for text in texts(data, name.value, name.end) if text]

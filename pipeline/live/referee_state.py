@@ -47,14 +47,14 @@ class RefereeState:
 
     def hear(self, packets: Sequence[Packet]) -> None:
         """Take up sound packets, in order of time."""
-        told = [packet for packet in packets if packet.channel == self._channels["referee"]]
+        reported = [packet for packet in packets if packet.channel == self._channels["referee"]]
         if self._league == "ssl":
-            if told:
-                self._ssl(told[-1])
+            if reported:
+                self._ssl(reported[-1])
             return
-        if told:
-            data, start, end = laid_out(told)
-            said, _ = vsss.commands(data, np.array([packet.t_ns for packet in told]), start, end)
+        if reported:
+            data, start, end = laid_out(reported)
+            said, _ = vsss.commands(data, np.array([packet.t_ns for packet in reported]), start, end)
             for command in said:
                 self.playing = command.state.startswith("gameon")
                 self.half = 2 if command.half >= 2 else 1
@@ -73,7 +73,7 @@ class RefereeState:
         self._count((blue, yellow))
 
     def _count(self, score: tuple[int | None, int | None]) -> None:
-        """Take up goals of blue and of yellow, if they are told and a match may have so many."""
+        """Take up goals of blue and of yellow, if they are reported and a match may have so many."""
         blue, yellow = score
         if blue is None or yellow is None:
             return

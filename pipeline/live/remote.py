@@ -38,8 +38,8 @@ def asked(data: bytes) -> list[Wheels]:
     """Commands in a packet to FIRASim; none if it cannot be decoded, or only replaces bodies."""
     content: U8 = np.frombuffer(data, dtype=np.uint8)
     packet, damaged = fields(content, np.array([0]), np.array([len(data)]))
-    told = packet.spans(1)
-    commands, broken = fields(content, told.value, told.end)
+    reported = packet.spans(1)
+    commands, broken = fields(content, reported.value, reported.end)
     if damaged.any() or broken.any():
         return []
     robots = commands.spans(1)

@@ -21,13 +21,13 @@ from pitchlore.pipeline.importers.ssl_logs.wire import FIXED64, SPAN, VARINT, Fi
 from pitchlore.pipeline.live.sockets import Received
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 
-#: Why packets are left out, as people are told.
+#: Why packets are left out, as people are reported.
 MALFORMED, LARGE, SECOND, FLOOD = "not of this stream", "too large", "of a second sender", "too many"
 #: A vision packet of the greatest match has 8 KiB.
 _LARGEST = 32 << 10
 #: Packets and bytes of a sender to a stream in a second; eight cameras send 800 of 1 KiB.
 _MOST, _MOST_BYTES = 2_000, 8 << 20
-#: Senders, and things told, that are told apart at one time.
+#: Senders, and things reported, that are distinguished at one time.
 _TOLD_APART = 256
 #: A sender that was silent for so long has left its place to others, ns.
 _SILENT_NS = 1_000_000_000
@@ -60,8 +60,8 @@ class Screen:
         kept = np.zeros(len(there), np.bool_)
         for channel in {one.packet.channel for one in there}:
             mine = [i for i, one in enumerate(there) if one.packet.channel == channel]
-            sound, told = self._tells[self._streams[channel]](*laid_out([there[i].packet for i in mine]))
-            for i, is_sound, what in zip(mine, sound.tolist(), told, strict=True):
+            sound, reported = self._tells[self._streams[channel]](*laid_out([there[i].packet for i in mine]))
+            for i, is_sound, what in zip(mine, sound.tolist(), reported, strict=True):
                 kept[i] = self._heard(there[i], what) if is_sound else self._refuse(channel, MALFORMED)
         return [there[i].packet for i in np.flatnonzero(kept).tolist()]
 
@@ -116,7 +116,7 @@ V = TypeVar("V")
 
 
 def _forget(known: dict[K, V], last_ns: Callable[[V], int], now_ns: int) -> None:
-    """If there are as many as are told apart, remove those that were silent."""
+    """If there are as many as are distinguished, remove those that were silent."""
     if len(known) >= _TOLD_APART:
         for key in [key for key, value in known.items() if now_ns - last_ns(value) >= _SILENT_NS]:
             del known[key]
@@ -137,7 +137,7 @@ def _among(count: int, chosen: I64) -> Bools:
 
 
 def _vision(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
-    """SSL vision: a detection frame, told by its camera, or geometry alone."""
+    """SSL vision: a detection frame, known by its camera, or geometry alone."""
     top, damaged = fields(data, start, end)
     frames = top.spans(f.WRAPPER_DETECTION)
     inner, broken = fields(data, frames.value, frames.end)
@@ -166,7 +166,7 @@ def _has_geometry(data: U8, top: Fields, count: int) -> Bools:
 
 
 def _tracker(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
-    """SSL tracker: a tracked frame, told by the tracker's uuid."""
+    """SSL tracker: a tracked frame, known by the tracker's uuid."""
     top, damaged = fields(data, start, end)
     frames = top.spans(f.TRACKER_FRAME)
     inner, broken = fields(data, frames.value, frames.end)
@@ -184,11 +184,11 @@ def _tracker(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
 
 def _referee(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
     """SSL referee: stage, command and both teams; there is one game controller."""
-    told, damaged = fields(data, start, end)
+    reported, damaged = fields(data, start, end)
     sound = ~damaged
     for number, kind in ((f.REFEREE_STAGE, VARINT), (f.REFEREE_COMMAND, VARINT), (f.REFEREE_COUNTER, VARINT),
                          (f.REFEREE_YELLOW, SPAN), (f.REFEREE_BLUE, SPAN)):
-        sound &= _among(len(start), told.of[(told.number == number) & (told.kind == kind)])
+        sound &= _among(len(start), reported.of[(reported.number == number) & (reported.kind == kind)])
     return sound, [None] * len(start)
 
 

@@ -73,11 +73,11 @@ class Receiver:
     @property
     def addresses(self) -> Mapping[str, str]:
         """Where each stream is listened to, ``ADDRESS:PORT`` by its name; port 0 has become a free one."""
-        told = {}
+        reported = {}
         for key in self._selector.get_map().values():
             address, port = key.fileobj.getsockname()  # type: ignore[union-attr]
-            told[key.data.name] = f"{address}:{port}"
-        return told
+            reported[key.data.name] = f"{address}:{port}"
+        return reported
 
     def receive(self, timeout: float) -> list[Received]:
         """Packets that have arrived, in order of time; waits up to ``timeout`` seconds for the first."""

@@ -117,9 +117,9 @@ class _Ssl:
                 of, value = inner.varints(number)
                 numbers[row, of] = value
             self._frames.add((seen[i].t_ns for i in frames.of.tolist()), *numbers)
-        told = [packet for packet in packets if packet.channel == channel["referee"]]
-        if told:
-            self._hear(told[-1])
+        reported = [packet for packet in packets if packet.channel == channel["referee"]]
+        if reported:
+            self._hear(reported[-1])
 
     def _hear(self, packet: Packet) -> None:
         said = said_in(packet)
@@ -157,10 +157,10 @@ class _Vsss:
             self._frames.add((packet.t_ns for packet in seen), np.zeros_like(steps), steps)
             if (score := vsss.goals_counted(found)) is not None:
                 self._score = (str(score[0]), str(score[1]))
-        told = [packet for packet in packets if packet.channel == channel["referee"]]
-        if told:
-            data, start, end = laid_out(told)
-            said, _ = vsss.commands(data, np.array([packet.t_ns for packet in told]), start, end)
+        reported = [packet for packet in packets if packet.channel == channel["referee"]]
+        if reported:
+            data, start, end = laid_out(reported)
+            said, _ = vsss.commands(data, np.array([packet.t_ns for packet in reported]), start, end)
             if said:
                 half = f", half {said[-1].half}" if said[-1].half > 0 else ""
                 clock = f", {_clock(int(said[-1].clock_s))}" if said[-1].clock_s is not None else ""

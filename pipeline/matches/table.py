@@ -13,7 +13,7 @@ def row(log: MatchLog) -> pl.DataFrame:
     """Match as one row of schema Matches.
 
     The sampling rate is 1 / median of the positive intervals between consecutive samples. The score is the
-    last one that the referee told, null if a goal of an unknown team followed.
+    last one that the referee reported, null if a goal of an unknown team followed.
     """
     info, frames = log.info, log.frames
     steps = np.diff(frames.t_ns)
@@ -21,10 +21,10 @@ def row(log: MatchLog) -> pl.DataFrame:
     most = max(
         (int(np.bincount(part.robot_frames()[part.robots["team"] == team], minlength=1).max())
          for part in frames.parts() for team in (HOME, AWAY)), default=0)
-    told = log.referee.sort("t_ns", maintain_order=True)
+    reported = log.referee.sort("t_ns", maintain_order=True)
     unsettling = (pl.col("event") == "goal") & pl.col("team").is_null()
     scores = {
-        score: told.filter(pl.col(score).is_not_null() | unsettling)[score].to_list()
+        score: reported.filter(pl.col(score).is_not_null() | unsettling)[score].to_list()
         for score in ("score_home", "score_away")
     }
     values = {

@@ -126,7 +126,7 @@ def _pitch(
         if not any(packet.channel == vision for packet in packets):
             continue
         since = since or time.monotonic()
-        told = pitch_of(league, packets)
-        if told is not None or league == "vsss" or time.monotonic() - since > _GEOMETRY_S:
-            return told or PITCHES[Kind(league)], packets
+        reported = pitch_of(league, packets)
+        if reported is not None or league == "vsss" or time.monotonic() - since > _GEOMETRY_S:
+            return reported or PITCHES[Kind(league)], packets
     return None, packets

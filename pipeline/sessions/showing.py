@@ -62,7 +62,7 @@ class Showing:
         context = multiprocessing.get_context("spawn")
         self._waiting: Queue[Sequence[Packet]] = Queue(_WAITING)
         self._inlet, self._outlet = context.Pipe(duplex=False)
-        self._told, self._tells = context.Pipe(duplex=False)
+        self._reported, self._tells = context.Pipe(duplex=False)
         self._process = context.Process(
             target=_run, args=(league, where, self._inlet, self._tells), daemon=True)
         self._say, self._open = say, True
@@ -75,7 +75,7 @@ class Showing:
         self._inlet.close()
         self._tells.close()
         try:
-            error = self._told.recv()
+            error = self._reported.recv()
         except EOFError:
             error = PitchloreError("the window failed", where="screen", next_step="Watch without --replay")
         if error is not None:

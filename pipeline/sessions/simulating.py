@@ -143,16 +143,16 @@ class _Referee:
     def says(self) -> list[bytes]:
         """The commands of this frame: what has changed, and each second what holds."""
         match, now = self._match, (GAME_ON if self._match.in_play else STOP, NEITHER)
-        told = []
+        reported = []
         if match.score != self._score:
             conceded = YELLOW if match.score[0] > self._score[0] else BLUE
             self._score = match.score
-            told.append((KICKOFF, conceded))
+            reported.append((KICKOFF, conceded))
         if now != self._last or match.frame >= self._next:
             self._last = now
             self._next = match.frame + round(_AGAIN_S * match.laws.hz)
-            told.append(now)
+            reported.append(now)
         half = 1 if match.attacks > 0 else 2
         start = self._halves[min(half, len(self._halves)) - 1]
         clock_s = max(match.laws.t_ns(match.frame) - start, 0) / 1e9
-        return [referee_command(foul, colour, clock_s, half) for foul, colour in told]
+        return [referee_command(foul, colour, clock_s, half) for foul, colour in reported]

@@ -56,7 +56,7 @@ def observed_decisions(sequence: pl.DataFrame, patterns: pl.DataFrame) -> pl.Dat
 
     Args:
         sequence: columns of schema Sequences [S], of whole matches; with a column who, rows of several owners
-            are told apart.
+            are distinguished.
         patterns: columns behaviour_id, role and codes, of all rounds; with a column who, each is of that
             owner.
 

@@ -220,7 +220,7 @@ def elements(
 ) -> tuple[U8, Bools]:
     """Levels of the 36 elements as the observing teams see them at some samples of a match.
 
-    Suspect rows count as missing. The score is the last that the referee told by then; where
+    Suspect rows count as missing. The score is the last that the referee reported by then; where
     the source does not log it, the goals counted so far (0 : 0 at the start). The game
     situation is normal in a segment; between segments it is a goal or a fault, by the
     referee's last event. The ball's direction is held while it is slower than

@@ -156,7 +156,7 @@ class Files:
 
         Args:
             path: from :meth:`abandoned`.
-            useless: told from its bytes.
+            useless: seen from its bytes.
 
         Returns:
             Whether it was removed: not if it is of use, somebody has it again, or it is gone.

@@ -44,7 +44,7 @@ _BY_TEXT = "query_table"
 _BESIDE = frozenset(("matches",))
 _DESCRIBING = ("duckdb_", "parquet_", "pragma_")
 
-#: What a user is told who asked for something else.
+#: Hint to a user who asked for something else.
 _ASK = "Ask with SELECT, FROM, WITH, VALUES, DESCRIBE, SHOW or SUMMARIZE, or put EXPLAIN before"
 _EXPLAIN = re.compile(r"\s*explain\b", re.IGNORECASE)
 

@@ -13,7 +13,7 @@ from V3SProtoComm.core.comm.protocols.vssref_command_pb2 import VSSRef_Command
 for line in sys.stdin:
     asked = json.loads(line)
     if "hex" in asked:
-        told = MessageToDict(VSSRef_Command.FromString(bytes.fromhex(asked["hex"])), including_default_value_fields=True)
+        reported = MessageToDict(VSSRef_Command.FromString(bytes.fromhex(asked["hex"])), including_default_value_fields=True)
     else:
-        told = {"hex": ParseDict(asked, VSSRef_Command()).SerializeToString().hex()}
-    print(json.dumps(told))
+        reported = {"hex": ParseDict(asked, VSSRef_Command()).SerializeToString().hex()}
+    print(json.dumps(reported))

@@ -192,8 +192,8 @@ def _shown(table: pl.DataFrame, schema: type[Table]) -> pl.DataFrame:
 def commentary_clip() -> Golden:
     """The commentary of the sample's seconds 0 to 120, and its numbers."""
     store = Store(Path(_data().name))
-    told = commentary(MatchTables(stored_match(store, next(store.receipts("matches")))))
-    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), "", *summary_lines(told.summary)]
+    reported = commentary(MatchTables(stored_match(store, next(store.receipts("matches")))))
+    lines = [*heading(reported.summary), *(moment.line() for moment in reported.moments), "", *summary_lines(reported.summary)]
     return Golden("\n".join(lines), settings={"commentary": CommentarySettings().model_dump(mode="json")})
 
 
@@ -279,10 +279,10 @@ def fitted() -> Golden:
     assert found is not None
     shots = events(bodies, read.referee, read.info.pitch, EventSettings()).shots
     by_shots, _ = shooting.fit_shots({"sample": (shots, read.info.pitch)}, ModelSettings().penalty)
-    told = {"features": FEATURES, "shots": shots.height, "goals": int(by_shots.goals[-1]),
+    reported = {"features": FEATURES, "shots": shots.height, "goals": int(by_shots.goals[-1]),
             "weights": by_shots.weights[-1].round(4).tolist()}
     return Golden(
-        json.dumps({"report": report, **models.to_json(found), "shots": told}, indent=1), _versions("events", "models"),
+        json.dumps({"report": report, **models.to_json(found), "shots": reported}, indent=1), _versions("events", "models"),
         ModelSettings().model_dump(mode="json"), inputs=_digest(_csv(bodies), _csv(read.referee)))
 
 

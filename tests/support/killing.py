@@ -77,7 +77,7 @@ def main() -> None:
     warnings.simplefilter("ignore", DeprecationWarning)  # polars' threads have not started
     for line in sys.stdin:
         step, times, action, folder = line.rstrip("\n").split(" ", 3)
-        told, tell = os.pipe()
+        reported, tell = os.pipe()
         child = os.fork()
         if child == 0:
             steps, code = dying(int(step), Path(folder)), 0
@@ -93,8 +93,8 @@ def main() -> None:
             os._exit(code)
         os.close(tell)
         _, status = os.waitpid(child, 0)
-        print(os.read(told, 16).decode() or step, os.waitstatus_to_exitcode(status), flush=True)
-        os.close(told)
+        print(os.read(reported, 16).decode() or step, os.waitstatus_to_exitcode(status), flush=True)
+        os.close(reported)
 
 
 if __name__ == "__main__":

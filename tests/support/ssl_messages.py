@@ -101,7 +101,7 @@ class Team(NamedTuple):
     yellow: int = 0
 
 
-#: A team of which nothing was told yet.
+#: A team of which nothing was reported yet.
 UNTOLD = Team()
 
 

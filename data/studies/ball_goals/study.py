@@ -70,11 +70,12 @@ def known(log: MatchLog) -> Known:
     order = order[np.isfinite(x[order]) & np.isfinite(y[order])]
     order = order[np.diff(frames.t_ns[order], prepend=-1) > 0]
     ball = Ball(frames.t_ns[order], x[order], y[order], np.zeros(len(order), dtype=np.bool_))
-    told = log.referee.filter(pl.col("event") == "goal").drop_nulls("team")
-    signs = home_attacks(log.info.periods, told["t_ns"].to_numpy())
+    reported = log.referee.filter(pl.col("event") == "goal").drop_nulls("team")
+    signs = home_attacks(log.info.periods, reported["t_ns"].to_numpy())
     ends = [
-        int(sign) if team == "home" else -int(sign) for sign, team in zip(signs, told["team"], strict=True)]
-    goals = list(zip(told["t_ns"].to_list(), ends, strict=True))
+        int(sign) if team == "home" else -int(sign) for sign, team in
+        zip(signs, reported["team"], strict=True)]
+    goals = list(zip(reported["t_ns"].to_list(), ends, strict=True))
     restarts = log.referee.filter(pl.col("event").is_in(["kick-off", "end"]))["t_ns"].to_numpy()
     last = int(frames.t_ns.max()) + 1
     spans = [(t_ns, int(min(restarts[restarts >= t_ns], default=last))) for t_ns, _ in goals]

@@ -35,12 +35,12 @@ def study(folder: Path, recorded: dict[str, Recording]) -> None:
         table.write_csv(folder / name)
     counted = {name: kicks.judged(found[name], film) for name, film in recorded.items() if len(film.commands)}
     _write_now(folder / "kicks.csv", counted)
-    told = {}
+    reported = {}
     for name, film in recorded.items():
         it = events(film.table, film.referee, film.pitch, EventSettings())
-        told[name] = pl.DataFrame([
+        reported[name] = pl.DataFrame([
             shares.summary(found[name]) | shares.on_ball(it.possession, it.passes, found[name])])
-    _write_now(folder / "shares.csv", told)
+    _write_now(folder / "shares.csv", reported)
 
 
 def agreed(folder: Path) -> dict[str, pl.DataFrame]:

@@ -62,13 +62,14 @@ class Pitches(VecEnv):  # type: ignore[misc]  # not in this environment
         """Play a step of each match."""
         seen, rewards, over = [], np.empty(len(self._pitches), dtype=np.float32), []
         for place, (pitch, actions) in enumerate(zip(self._pitches, self._actions, strict=True)):
-            observed, earned, _, truncated, told = pitch.step(dict(zip(pitch.agents, actions, strict=True)))
+            observed, earned, _, truncated, reported = pitch.step(
+                dict(zip(pitch.agents, actions, strict=True)))
             first = pitch.possible_agents[0]
             seen.append(np.stack(list(observed.values())))
             rewards[place] = earned[first]
             over.append(truncated[first])
             if truncated[first]:
-                ours, theirs = told[first]["score"]
+                ours, theirs = reported[first]["score"]
                 self.differences.append(ours - theirs)
         if self._worth is not None:
             after = self._worth.of(self._pitches)

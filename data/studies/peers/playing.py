@@ -55,8 +55,8 @@ def differences(choose: Choose, opponent: str, seeds: Sequence[int]) -> pl.DataF
     while pitches[0].agents:  # all last as long
         actions = choose(pitches, seen).reshape(-1, robots)
         for place, pitch in enumerate(pitches):
-            seen[place], _, _, _, told = pitch.step(dict(zip(pitch.agents, actions[place], strict=True)))
-            ours, theirs = told[pitch.possible_agents[0]]["score"]
+            seen[place], _, _, _, reported = pitch.step(dict(zip(pitch.agents, actions[place], strict=True)))
+            ours, theirs = reported[pitch.possible_agents[0]]["score"]
             found[place] = ours - theirs
     return pl.DataFrame({"seed": list(seeds), "difference": found.reshape(-1, len(SIDES)).mean(axis=1)})
 

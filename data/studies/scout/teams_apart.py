@@ -128,9 +128,9 @@ def rows(matches: int) -> Iterator[dict[str, object]]:
         teams = [names[match.name] for match in played]
         assert len(set(teams)) == len(TEAMS)
         for name, describe in DESCRIPTIONS.items():
-            told = [describe(store, match) for match in played]
+            reported = [describe(store, match) for match in played]
             yield {"described_by": name, "teams": len(TEAMS), "matches": len(played),
-                   **judged(told, teams, scaled=name.startswith("control"))}
+                   **judged(reported, teams, scaled=name.startswith("control"))}
 
 
 def main(out: Path, matches: int = MATCHES) -> None:

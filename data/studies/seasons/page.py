@@ -152,12 +152,12 @@ def about_ablations(games: pl.DataFrame) -> Iterator[str]:
         "seasons have, with Welch's interval. Seasons of one seed share the chances of their first "
         "game and no more. If twenty changes had no effect, one would still differ significantly by chance.")
     low, high = pl.col("difference_low"), pl.col("difference_high")
-    told = (pl.when(low > 0).then(pl.lit("better")).when(high < 0).then(pl.lit("worse"))
+    reported = (pl.when(low > 0).then(pl.lit("better")).when(high < 0).then(pl.lit("worse"))
             .otherwise(pl.lit("no significant difference")))
     rows = ablated(games.filter(~varied_settings()), (PAPER, BEST)).select(
         "settings", pl.col("base").alias("minus"), "opponent",
         pl.format("{} and {}", "seasons", "seasons_base").alias("seasons"),
         pl.format("{} to {}", "first", "last").alias("games"),
-        pl.col("^difference.*$"), pl.col("^other.*$"), told.alias("with the change"),
+        pl.col("^difference.*$"), pl.col("^other.*$"), reported.alias("with the change"),
     )
     yield with_intervals(rows, ("settings", "minus", "opponent", "seasons", "games"), ("with the change",))

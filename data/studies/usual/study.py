@@ -39,18 +39,18 @@ def rates_of(situations: pl.DataFrame) -> tuple[dict[int, float], float]:
 
 def main(out: Path, folder: Path) -> None:
     """Measure the recordings that are there, and write the file anew."""
-    told, of_kind = json.loads(out.read_text("utf-8")), dict[Kind, list[tuple[dict[int, float], float]]]()
+    reported, of_kind = json.loads(out.read_text("utf-8")), dict[Kind, list[tuple[dict[int, float], float]]]()
     for match in (*map(read, recordings(folder).values()), *([whole_match()] if THERE else [])):
         of_kind.setdefault(match.info.pitch.kind, []).append(rates_of(situations_of(match)))
     for kind, found in of_kind.items():
-        if len(found) < told[kind.value]["recordings"]:
+        if len(found) < reported[kind.value]["recordings"]:
             print(f"{kind.value}: stays as it is")
             continue
         codes = sorted({code for rates, _ in found for code in rates})
-        told[kind.value] = {
+        reported[kind.value] = {
             "recordings": len(found), "robot_s": round(sum(seconds for _, seconds in found)),
             "rates": {str(c): round(sum(r.get(c, 0.0) for r, _ in found) / len(found), 7) for c in codes}}
-    out.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    out.write_text(json.dumps(reported, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

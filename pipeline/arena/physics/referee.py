@@ -407,6 +407,6 @@ def call_events(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...
 
 
 def event_rows(match_id: str, events: Iterable[RefereeEvent]) -> pl.DataFrame:
-    """Rows of schema Referee, in the order in which they were told."""
+    """Rows of schema Referee, in the order in which they were reported."""
     rows = [{"match_id": match_id, **event._asdict()} for event in events]
     return Referee.of(rows)

@@ -8,7 +8,7 @@ from typing import BinaryIO, NamedTuple
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream, topic
 from pitchlore.pipeline.matches.mcap_writer import McapWriter
 
-#: Library in the header of a recording, by which it is told from other MCAP files.
+#: Library in the header of a recording, by which it is distinguished from other MCAP files.
 LIBRARY = "pitchlore packets 1"
 #: Name of its metadata record, and the key of the league in it.
 METADATA, LEAGUE = "pitchlore packets", "league"

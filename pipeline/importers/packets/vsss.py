@@ -149,9 +149,9 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     table, pitch, lost, started = _table(source, blue_is_home=blue_is_home)
     if teams.home is None and teams.away is None:
         teams = teams.model_copy(update={"home": "blue", "away": "yellow"})
-    told = PitchMap.model_validate(pitch | mapping.pitch.model_dump(exclude_none=True))
+    sized = PitchMap.model_validate(pitch | mapping.pitch.model_dump(exclude_none=True))
     flaws = [Flaw("skipped", f"{lost} packets that cannot be decoded", count=lost)] if lost else []
-    match = match_of(table, source, mapping.model_copy(update={"teams": teams, "pitch": told}), flaws=flaws)
+    match = match_of(table, source, mapping.model_copy(update={"teams": teams, "pitch": sized}), flaws=flaws)
     own = {"format": "vsss-packets", "started_at": started}
     return replace(match, info=match.info.model_copy(update=own))
 
@@ -224,10 +224,10 @@ def _states(said: list[RefereeCommand], t_ns: I64) -> list[str | None]:
 
 def _pitch(frames: F64) -> dict[str, object]:
     """Pitch as the packets give it, in metres; the last packet that does counts."""
-    told = np.flatnonzero((frames[:, [LENGTH, WIDTH, GOAL_WIDTH, GOAL_DEPTH]] > 0).all(axis=1))
-    if not len(told):
+    reported = np.flatnonzero((frames[:, [LENGTH, WIDTH, GOAL_WIDTH, GOAL_DEPTH]] > 0).all(axis=1))
+    if not len(reported):
         return {"kind": Kind.VSSS}
-    length, width, goal_width, goal_depth = frames[told[-1], LENGTH:].tolist()
+    length, width, goal_width, goal_depth = frames[reported[-1], LENGTH:].tolist()
     return {"kind": Kind.VSSS, "length": length, "width": width, "goal_width": goal_width,
             "goal_depth": goal_depth}
 
@@ -239,10 +239,10 @@ def _frames(data: U8, top: Fields, count: int) -> F64:
         of, value = top.varints(number)
         frames[of, column] = np.clip(value, 0, (1 << 31) if number == _STEP else _MOST)
     sizes = top.spans(_FIELD)
-    told, _ = fields(data, sizes.value, sizes.end)
+    reported, _ = fields(data, sizes.value, sizes.end)
     for number, column in ((_FIELD_WIDTH, WIDTH), (_FIELD_LENGTH, LENGTH), (_FIELD_GOAL_WIDTH, GOAL_WIDTH),
                            (_FIELD_GOAL_DEPTH, GOAL_DEPTH)):
-        sized, metres = told.reals(data, number)
+        sized, metres = reported.reals(data, number)
         frames[sizes.of[sized], column] = metres
     return frames
 
@@ -253,19 +253,19 @@ def _bodies(data: U8, parts: Fields) -> tuple[F64, I64]:
     A body that cannot be decoded, or has no place, is left out. What is 0 is not sent.
     """
     spans = parts.spans(_FRAME_BALL, _FRAME_YELLOW, _FRAME_BLUE).ordered()
-    told, broken = fields(data, spans.value, spans.end)
+    reported, broken = fields(data, spans.value, spans.end)
     bodies = np.zeros((len(spans.of), 8))
     ball = spans.number == _FRAME_BALL
     bodies[:, TEAM] = np.where(ball, BALL, spans.number - _FRAME_YELLOW)
     bodies[ball, THETA] = np.nan
-    of, own = told.varints(_ROBOT_ID)
+    of, own = reported.varints(_ROBOT_ID)
     bodies[of, ID] = np.where(ball[of], 0, own)
     for number, of_ball, column in (
         (_BALL_X, True, X), (_BALL_Y, True, Y), (_BALL_VX, True, VX), (_BALL_VY, True, VY),
         (_ROBOT_X, False, X), (_ROBOT_Y, False, Y), (_ROBOT_ORIENTATION, False, THETA),
         (_ROBOT_VX, False, VX), (_ROBOT_VY, False, VY), (_ROBOT_TURN, False, OMEGA),
     ):
-        of, value = told.reals(data, number)
+        of, value = reported.reals(data, number)
         mine = ball[of] == of_ball
         bodies[of[mine], column] = value[mine]
     usable = ~broken & np.isfinite(bodies[:, [X, Y]]).all(axis=1)
@@ -292,10 +292,10 @@ def _decode_commands(data: U8, start: I64, end: I64) -> I64:
     """
     rows = np.zeros((len(start), 3), np.int64)
     rows[:, 2] = -1
-    told, damaged = fields(data, start, end)
+    reported, damaged = fields(data, start, end)
     for column, number in enumerate((_FOUL, _COLOUR, _HALF)):
-        of, value = told.varints(number)
+        of, value = reported.varints(number)
         rows[of, column] = value
-        damaged[told.of[(told.number == number) & (told.kind != VARINT)]] = True
+        damaged[reported.of[(reported.number == number) & (reported.kind != VARINT)]] = True
     rows[damaged | (start == end), 0] = -1
     return rows

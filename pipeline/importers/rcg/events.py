@@ -27,7 +27,7 @@ def events_of(record: ParsedLines, t_ns: I64, source: SourceFile) -> tuple[list[
     score = _score_at_start(record)
     half_cycles = record.server.half_cycles
     half = record.numbers[0] // half_cycles + 1 if half_cycles > 0 else 1
-    told: set[tuple[int, Side]] = set()
+    reported: set[tuple[int, Side]] = set()
     over = False
 
     def emit(index: int, event: str, note: str, team: Side | None = None) -> None:
@@ -47,7 +47,7 @@ def events_of(record: ParsedLines, t_ns: I64, source: SourceFile) -> tuple[list[
                 count(goals - before)
                 for made in range(before + 1, goals + 1):  # a rise without a playmode
                     score[team] = made
-                    told.add((index, team))
+                    reported.add((index, team))
                     emit(index, "goal", "team", team)
                 score[team] = goals
             continue
@@ -58,7 +58,7 @@ def events_of(record: ParsedLines, t_ns: I64, source: SourceFile) -> tuple[list[
             if mode != "kick_off":
                 continue
         if mode == "goal" and side is not None:
-            if (index, side) not in told:
+            if (index, side) not in reported:
                 count(1)
                 known = score[side]
                 score[side] = None if known is None else known + 1
@@ -89,7 +89,7 @@ def _score_at_start(record: ParsedLines) -> dict[Side, int | None]:
         return {"home": usual, "away": usual}
     at, goals = first
     made = [_split(mark) for index, _, mark in record.marks if isinstance(mark, str) and index <= at]
-    return {team: max(told - made.count(("goal", team)), 0) for team, told in zip(SIDES, goals, strict=True)}
+    return {team: max(n - made.count(("goal", team)), 0) for team, n in zip(SIDES, goals, strict=True)}
 
 
 def _split(mode: str) -> tuple[str, Side | None]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from pitchlore.pipeline.importers.rows import Event
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.ssl_logs.referee import Told
+from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
 from pitchlore.schemas import SIDES, Side
 
@@ -34,12 +34,12 @@ _EVENTS = {"FORCE_START": "play", "NORMAL_START": "play", "DIRECT_FREE": "fault"
 #: What NORMAL_START begins after a command that prepares it.
 _PREPARED = {"PREPARE_KICKOFF": "kick-off", "PREPARE_PENALTY": "fault"}
 _STOPPING = {"goal", "half", "end", "stop"}
-#: Most cards of a team that are told at once; a greater rise is damage.
+#: Most cards of a team that are reported at once; a greater rise is damage.
 _MOST_CARDS = 11
 
 
 def command_events(
-    told: Sequence[Told], home: int, t_ns: Callable[[Told], int], source: SourceFile
+    reported: Sequence[RefereeReport], home: int, t_ns: Callable[[RefereeReport], int], source: SourceFile
 ) -> list[Event]:
     """Referee events, in order of time.
 
@@ -54,9 +54,9 @@ def command_events(
     Each note is the league's word.
 
     Args:
-        told: the referee's states, where they change.
+        reported: the referee's states, where they change.
         home: the colour that is home, YELLOW or BLUE.
-        t_ns: time of what is told, ns.
+        t_ns: time of what is reported, ns.
         source: the recording.
 
     Raises:
@@ -64,8 +64,8 @@ def command_events(
     """
     course = _Course(home)
     goals = 0
-    before: Told | None = None
-    for now in told:
+    before: RefereeReport | None = None
+    for now in reported:
         at = t_ns(now)
         if before is None:
             course.goals = {_side(team, home): now.teams[team].score for team in (YELLOW, BLUE)}
@@ -97,7 +97,7 @@ class _Course:
     prepared: tuple[str, Side | None, str] | None = None
     stopped: int | None = None
 
-    def hear(self, at: int, before: Told | None, now: Told) -> None:
+    def hear(self, at: int, before: RefereeReport | None, now: RefereeReport) -> None:
         """Append what the referee says anew."""
         ends = now.stage == _POST_GAME and (before is None or before.stage != _POST_GAME)
         halves = before is not None and _half(now) > _half(before)
@@ -174,8 +174,8 @@ def _side(team: int, home: int) -> Side:
     return SIDES[int(team != home)]
 
 
-def _half(told: Told) -> int:
-    return _HALVES[min(told.stage, len(_HALVES) - 1)]
+def _half(reported: RefereeReport) -> int:
+    return _HALVES[min(reported.stage, len(_HALVES) - 1)]
 
 
 def _word(words: tuple[str, ...], number: int) -> str:

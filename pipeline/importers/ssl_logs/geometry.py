@@ -45,10 +45,10 @@ def sizes(batch: Batch, packets: Fields) -> Counter[Size]:
     geometry = packets.spans(f.WRAPPER_GEOMETRY)
     inside, _ = fields(batch.data, geometry.value, geometry.end)
     field = inside.spans(f.GEOMETRY_FIELD)
-    told, damaged = fields(batch.data, field.value, field.end)
-    told = told.at(np.flatnonzero((told.kind == VARINT) & (told.number < _FIELDS)))
+    reported, damaged = fields(batch.data, field.value, field.end)
+    reported = reported.at(np.flatnonzero((reported.kind == VARINT) & (reported.number < _FIELDS)))
     given = np.zeros((len(field.of), _FIELDS), np.int64)
-    given[told.of, told.number] = told.value
+    given[reported.of, reported.number] = reported.value
     legacy = given[:, f.LEGACY_LINE] < _LINE_OR_LENGTH
     found = np.where(legacy[:, None], given[:, _LEGACY], given[:, _SINCE])[~damaged]
     rows, times = np.unique(found, axis=0, return_counts=True)

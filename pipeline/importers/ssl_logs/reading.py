@@ -24,7 +24,7 @@ from pitchlore.pipeline.importers.ssl_logs.bodies import (
 from pitchlore.pipeline.importers.ssl_logs.clock import times
 from pitchlore.pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED
 from pitchlore.pipeline.importers.ssl_logs.coverage import half_a_pitch
-from pitchlore.pipeline.importers.ssl_logs.referee import Told
+from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered
 from pitchlore.pipeline.importers.ssl_logs.survey import Survey, survey
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
@@ -78,11 +78,11 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     if told_pitch is not None:
         flaws += half_a_pitch(frames, told_pitch)
     at = _Times(samples.packets[:, ORDER], t_ns)
-    events = commands.command_events(found.told, home, at.told, source)
-    periods, inferred = _periods(found.told, home, at, events, frames, mapping.teams)
+    events = commands.command_events(found.reported, home, at.reported, source)
+    periods, inferred = _periods(found.reported, home, at, events, frames, mapping.teams)
     flaws += inferred
     goals: dict[str, object] = {"from": "referee"}
-    if not found.told:
+    if not found.reported:
         events, more, goals = _inferred(frames, periods, unsure(periods, inferred), pitch, mapping, source)
         flaws += more
     damaged, reasons = damage.container_flaws(found, source, at.received(samples.packets[:, RECEIVED]))
@@ -110,9 +110,9 @@ class _Times:
     def __init__(self, order: I64, t_ns: I64) -> None:
         self._order, self._t_ns = order, t_ns
 
-    def told(self, told: Told) -> int:
+    def reported(self, reported: RefereeReport) -> int:
         """Time of what the referee says."""
-        at = int(np.searchsorted(self._order, told.order))
+        at = int(np.searchsorted(self._order, reported.order))
         return int(self._t_ns[min(at, len(self._t_ns) - 1)])
 
     def received(self, received: I64) -> damage.When:
@@ -153,16 +153,16 @@ def _with(pitch: Pitch, given: PitchMap) -> Pitch:
 def _teams(found: Survey, given: TeamNames, source: SourceFile) -> tuple[int, tuple[str, str]]:
     """The colour that is home, and the names of home and away.
 
-    Names are the last ones that the referee told, else the colours; a colour is added to a name that both
+    Names are the last ones that the referee reported, else the colours; a colour is added to a name that both
     have.
 
     Raises:
         BadRecording: if the map names a team that the log does not have.
     """
     names = list(_COLOURS)
-    for told in found.told:
+    for reported in found.reported:
         for team in (YELLOW, BLUE):
-            names[team] = told.teams[team].name or names[team]
+            names[team] = reported.teams[team].name or names[team]
     if names[YELLOW] == names[BLUE]:
         names = [f"{name} ({colour})" for name, colour in zip(names, _COLOURS, strict=True)]
     home = BLUE
@@ -188,21 +188,22 @@ def _inferred(
     order = np.argsort(frames.t_ns, kind="stable")
     course = Course(frames.t_ns[order], None, None, None, frames.ball["x"][order].astype(np.float64),
                     frames.ball["y"][order].astype(np.float64))
-    told = scoring(course, {}, periods, unknown, pitch, mapping.goals, _UNREFEREED)
+    reported = scoring(course, {}, periods, unknown, pitch, mapping.goals, _UNREFEREED)
     events, flaws = referee_events(
-        course, {}, CENTRE * pitch.length, source, told.found, by_ball=told.origin == "ball"
+        course, {}, CENTRE * pitch.length, source, reported.found, by_ball=reported.origin == "ball"
     )
-    return events, [*told.flaws, *flaws], told.settings()
+    return events, [*reported.flaws, *flaws], reported.settings()
 
 
 def _periods(
-    told: list[Told], home: int, at: _Times, events: list[Event], frames: Frames, given: TeamNames
+    reported: list[RefereeReport], home: int, at: _Times, events: list[Event], frames: Frames,
+    given: TeamNames
 ) -> tuple[tuple[Period, ...], list[Flaw]]:
     """Periods by what the referee says of the sides, else inferred from where the robots stand."""
     first: Literal[1, -1] | None = None
     if given.home_attacks is not None:
         first = 1 if given.home_attacks == "right" else -1
-    sides = [(at.told(now), now.blue_on_positive) for now in told if now.blue_on_positive is not None]
+    sides = [(at.reported(now), now.blue_on_positive) for now in reported if now.blue_on_positive is not None]
     if first is not None or not sides:
         return infer_periods(frames, [event.t_ns for event in events if event.event == "half"], first)
     end = int(frames.t_ns.max()) + 1

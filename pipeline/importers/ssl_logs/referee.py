@@ -37,7 +37,7 @@ class RefereeTeam(NamedTuple):
     yellow_cards: int
 
 
-class Told(NamedTuple):
+class RefereeReport(NamedTuple):
     """The referee's state from a packet on.
 
     Attributes:
@@ -70,7 +70,7 @@ class RefereeLog:
     def __init__(self) -> None:
         self.damaged = 0
         self._packets: Counter[int] = Counter()
-        self._told: dict[int, list[Told]] = {}
+        self._reported: dict[int, list[RefereeReport]] = {}
         self._last: dict[int, I64] = {}
 
     def add(self, batch: Batch) -> None:
@@ -84,17 +84,17 @@ class RefereeLog:
         sound = ~damaged
         rows, packets = rows[sound], batch.packets[sound]
         for source in np.unique(rows[:, _SOURCE]).tolist():
-            if source not in self._told and len(self._told) == _SOURCES:
+            if source not in self._reported and len(self._reported) == _SOURCES:
                 continue
             mine = rows[:, _SOURCE] == source
             self._packets[source] += int(mine.sum())
             self._add(batch, rows[mine], packets[mine], source)
 
-    def told(self) -> list[Told]:
+    def reported(self) -> list[RefereeReport]:
         """Messages of the game controller with the most packets, in the order of the file."""
         if not self._packets:
             return []
-        return self._told[self._packets.most_common(1)[0][0]]
+        return self._reported[self._packets.most_common(1)[0][0]]
 
     def packets(self) -> int:
         """Number of sound packets of that game controller."""
@@ -105,8 +105,8 @@ class RefereeLog:
         compared = np.vstack((before, rows))[:, :_SOURCE]
         new = np.flatnonzero((compared[1:] != compared[:-1]).any(axis=1))
         self._last[source] = rows[-1]
-        told = self._told.setdefault(source, [])
-        if len(told) + len(new) > _CHANGES:
+        reported = self._reported.setdefault(source, [])
+        if len(reported) + len(new) > _CHANGES:
             raise UnusableLogError(f"has a referee who says something else more than {_CHANGES} times")
         for row, packet in zip(rows[new].tolist(), packets[new].tolist(), strict=True):
             teams = []
@@ -116,8 +116,9 @@ class RefereeLog:
                 name = batch.data[start:end].tobytes().decode(errors="replace").strip()
                 teams.append(RefereeTeam(name, row[first + _SCORE], row[first + _RED], row[first + _YELLOW]))
             side = None if row[_SIDE] < 0 else bool(row[_SIDE])
-            told.append(Told(packet[ORDER], packet[RECEIVED], batch.part, row[_STAGE], row[_COMMAND],
-                             row[_COUNTER], side, (teams[0], teams[1])))
+            reported.append(RefereeReport(
+                packet[ORDER], packet[RECEIVED], batch.part, row[_STAGE], row[_COMMAND], row[_COUNTER], side,
+                (teams[0], teams[1])))
 
 
 def _decode(batch: Batch) -> tuple[I64, Bools]:
@@ -125,37 +126,37 @@ def _decode(batch: Batch) -> tuple[I64, Bools]:
 
     A packet without stage, command or a team is damaged: these are required.
     """
-    told, damaged = fields(batch.data, batch.start, batch.end)
+    reported, damaged = fields(batch.data, batch.start, batch.end)
     rows = np.full((len(batch.start), _COLUMNS), -1, np.int64)
     rows[:, _SPANS:] = 0
     rows[:, _SOURCE] = 0
     for column, number in ((_STAGE, f.REFEREE_STAGE), (_COMMAND, f.REFEREE_COMMAND),
                            (_COUNTER, f.REFEREE_COUNTER)):
-        of, value = told.varints(number)
+        of, value = reported.varints(number)
         rows[of, column] = value
-    of, value = told.varints(f.REFEREE_BLUE_ON_POSITIVE)
+    of, value = reported.varints(f.REFEREE_BLUE_ON_POSITIVE)
     rows[of, _SIDE] = np.clip(value, 0, 1)
-    source = told.spans(f.REFEREE_SOURCE)
+    source = reported.spans(f.REFEREE_SOURCE)
     rows[source.of, _SOURCE] = _hashed(batch.data, source)
     for team, number in ((YELLOW, f.REFEREE_YELLOW), (BLUE, f.REFEREE_BLUE)):
-        _team(batch.data, told.spans(number), rows, _TEAMS + team * _OF_A_TEAM, _SPANS + 2 * team)
+        _team(batch.data, reported.spans(number), rows, _TEAMS + team * _OF_A_TEAM, _SPANS + 2 * team)
     needed = rows[:, [_STAGE, _COMMAND, _TEAMS + _SCORE, _TEAMS + _OF_A_TEAM + _SCORE]]
     return rows, damaged | ~((needed >= 0) & (needed <= _MOST)).all(axis=1)
 
 
 def _team(data: U8, spans: Fields, rows: I64, first: int, span: int) -> None:
     """Decode a team into the columns of ``rows`` from ``first`` on; from ``span`` on where its name is."""
-    told, damaged = fields(data, spans.value, spans.end)
-    told = told._replace(of=spans.of[told.of])
+    reported, damaged = fields(data, spans.value, spans.end)
+    reported = reported._replace(of=spans.of[reported.of])
     for column, number in ((_RED, f.TEAM_RED_CARDS), (_YELLOW, f.TEAM_YELLOW_CARDS)):
         rows[spans.of, first + column] = 0
-        of, value = told.varints(number)
+        of, value = reported.varints(number)
         rows[of, first + column] = np.clip(value, 0, _MOST)
-    of, value = told.varints(f.TEAM_SCORE)
+    of, value = reported.varints(f.TEAM_SCORE)
     rows[of, first + _SCORE] = value
     rows[spans.of[damaged], first + _SCORE] = -1
     rows[spans.of, first + _NAME] = 0
-    name = told.spans(f.TEAM_NAME)
+    name = reported.spans(f.TEAM_NAME)
     rows[name.of, first + _NAME] = _hashed(data, name)
     rows[name.of, span], rows[name.of, span + 1] = name.value, name.end
 

@@ -1,4 +1,4 @@
-"""Several senders that use the same number for a camera, told apart by their counts of frames.
+"""Several senders that use the same number for a camera, distinguished by their counts of frames.
 
 Two programs may send vision at once, a simulator and SSL-Vision for example, or two fields beside each other.
 Each counts its frames by itself. Joined to one camera, every robot would be at two places in turn.
@@ -16,9 +16,9 @@ from pitchlore.pipeline.numbers.arrays import F64, I64
 #: The next frame of a sender has at most so many more than the last one, or so many less if packets overtook
 #: each other.
 _AHEAD, _BEHIND = 1_000, 20
-#: Senders of one camera that are told apart; a count that starts anew is another one.
+#: Senders of one camera that are distinguished; a count that starts anew is another one.
 _SENDERS = 64
-#: Cameras whose senders are told apart; more than ``cameras.CAMERAS`` are not read.
+#: Cameras whose senders are distinguished; more than ``cameras.CAMERAS`` are not read.
 _CAMERAS = 64
 #: A clock goes on if its step is less than this, seconds.
 _JUMP_S = 1.0

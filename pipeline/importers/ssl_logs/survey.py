@@ -20,7 +20,7 @@ from pitchlore.pipeline.importers.ssl_logs.container import (
     UnusableLogError,
 )
 from pitchlore.pipeline.importers.ssl_logs.geometry import Size
-from pitchlore.pipeline.importers.ssl_logs.referee import RefereeLog, Told
+from pitchlore.pipeline.importers.ssl_logs.referee import RefereeLog, RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.senders import Senders
 from pitchlore.pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE
 from pitchlore.pipeline.numbers.arrays import I64
@@ -80,7 +80,7 @@ class Survey:
         left_out: records that are left out.
         ahead: seconds by which clocks of cameras and senders are ahead, where they are.
         trackers: frames of each tracker, by uuid and name.
-        told: the referee's messages.
+        reported: the referee's messages.
         referee_packets: number of the referee's packets.
         lost: vision packets that cannot be decoded.
         damaged: packets of the referee that cannot be decoded.
@@ -97,7 +97,7 @@ class Survey:
     left_out: set[tuple[float, int]] = field(default_factory=set)
     ahead: dict[tuple[float, int], float] = field(default_factory=dict)
     trackers: dict[tuple[str, str], FrameSpan] = field(default_factory=dict)
-    told: list[Told] = field(default_factory=list)
+    reported: list[RefereeReport] = field(default_factory=list)
     referee_packets: int = 0
     lost: int = 0
     damaged: int = 0
@@ -137,7 +137,8 @@ def _read(log: Container, found: Survey, source: SourceFile) -> None:
         referee.add(batch.of(container.REFEREE))
     found.senders, found.left_out = senders.frames(), senders.left_out()
     found.ahead = lags.ahead(found.left_out)
-    found.told, found.referee_packets, found.damaged = referee.told(), referee.packets(), referee.damaged
+    found.reported, found.referee_packets = referee.reported(), referee.packets()
+    found.damaged = referee.damaged
 
 
 def _is_of_match(found: Survey, batch: Batch) -> bool:

@@ -83,11 +83,11 @@ def _balls(data: U8, inside: Fields, visibility: float, packets: int) -> F64:
     spans = inside.spans(f.TRACKED_BALLS)
     _, first = np.unique(spans.of, return_index=True)  # the first one is the primary one
     spans = spans.at(first)
-    told, damaged = fields(data, spans.value, spans.end)
+    reported, damaged = fields(data, spans.value, spans.end)
     bodies = np.full((len(spans.of), 9), np.nan)
-    _vectors(data, told, f.TRACKED_BALL_PLACE, bodies, _X)
-    _vectors(data, told, f.TRACKED_BALL_SPEED, bodies, _VX)
-    of, values = told.reals(data, f.TRACKED_BALL_VISIBILITY)
+    _vectors(data, reported, f.TRACKED_BALL_PLACE, bodies, _X)
+    _vectors(data, reported, f.TRACKED_BALL_SPEED, bodies, _VX)
+    of, values = reported.reals(data, f.TRACKED_BALL_VISIBILITY)
     bodies[of, _SEEN] = values
     _bounded(bodies)
     bodies[damaged | (bodies[:, _SEEN] <= visibility) | ~_somewhere(bodies)] = np.nan
@@ -101,10 +101,10 @@ def _robots(data: U8, inside: Fields, visibility: float) -> tuple[F64, I64, tupl
     A robot that comes twice in a packet is the first one.
     """
     spans = inside.spans(f.TRACKED_ROBOTS)
-    told, damaged = fields(data, spans.value, spans.end)
+    reported, damaged = fields(data, spans.value, spans.end)
     robots = np.full((len(spans.of), 9), np.nan)
     robots[:, _ID] = -1
-    identity = told.spans(f.TRACKED_ROBOT_ID)
+    identity = reported.spans(f.TRACKED_ROBOT_ID)
     inner, _ = fields(data, identity.value, identity.end)
     inner = inner._replace(of=identity.of[inner.of])
     for column, number in ((_ID, f.ID_NUMBER), (_TEAM, f.ID_TEAM)):
@@ -112,11 +112,11 @@ def _robots(data: U8, inside: Fields, visibility: float) -> tuple[F64, I64, tupl
         robots[of, column] = value
     team = robots[:, _TEAM]
     robots[:, _TEAM] = np.where(team == f.ID_YELLOW, YELLOW, np.where(team == f.ID_BLUE, BLUE, np.nan))
-    _vectors(data, told, f.TRACKED_ROBOT_PLACE, robots, _X)
-    _vectors(data, told, f.TRACKED_ROBOT_SPEED, robots, _VX)
+    _vectors(data, reported, f.TRACKED_ROBOT_PLACE, robots, _X)
+    _vectors(data, reported, f.TRACKED_ROBOT_SPEED, robots, _VX)
     for column, number in ((_THETA, f.TRACKED_ROBOT_ORIENTATION), (_OMEGA, f.TRACKED_ROBOT_TURN),
                            (_SEEN, f.TRACKED_ROBOT_VISIBILITY)):
-        of, values = told.reals(data, number)
+        of, values = reported.reals(data, number)
         robots[of, column] = values
     robots[damaged, _X] = np.nan
     numbered = (robots[:, _ID] >= 0) & (robots[:, _ID] < ROBOTS) & np.isfinite(robots[:, _TEAM])
@@ -130,9 +130,9 @@ def _robots(data: U8, inside: Fields, visibility: float) -> tuple[F64, I64, tupl
     return robots[used, :_SEEN], spans.of[used], (spans.of[~numbered], spans.of[numbered & ~somewhere])
 
 
-def _vectors(data: U8, told: Fields, number: int, bodies: F64, column: int) -> None:
+def _vectors(data: U8, reported: Fields, number: int, bodies: F64, column: int) -> None:
     """Write the vectors with a number into two columns of their bodies; NaN where a coordinate is missing."""
-    spans = told.spans(number)
+    spans = reported.spans(number)
     inner, _ = fields(data, spans.value, spans.end)
     for axis, which in enumerate((f.VECTOR_X, f.VECTOR_Y)):
         of, values = inner.reals(data, which)

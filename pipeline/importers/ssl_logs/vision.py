@@ -153,17 +153,17 @@ def detections(batch: Batch) -> tuple[Detections, Unused]:
 
 def _bodies(data: U8, spans: Fields) -> F64:
     """Balls and robots, float64 [D, 6]; a damaged one has no place, a robot without a number has -1."""
-    told, damaged = fields(data, spans.value, spans.end)
+    reported, damaged = fields(data, spans.value, spans.end)
     bodies = np.full((len(spans.of), 6), np.nan)
     ball = spans.number == f.FRAME_BALLS
     bodies[:, TEAM] = np.where(ball, BALL, np.where(spans.number == f.FRAME_YELLOW, YELLOW, BLUE))
     bodies[:, ID] = np.where(ball, 0, -1)
-    of, number = told.varints(f.ROBOT_ID)
+    of, number = reported.varints(f.ROBOT_ID)
     bodies[of, ID] = np.where(ball[of], 0, number)
     # a ball's confidence and place have the same numbers as a robot's
     for column, which, scale in ((CONFIDENCE, f.ROBOT_CONFIDENCE, 1.0), (X, f.ROBOT_X, 1000.0),
                                  (Y, f.ROBOT_Y, 1000.0), (THETA, f.ROBOT_ORIENTATION, 1.0)):
-        of, values = told.reals(data, which)
+        of, values = reported.reals(data, which)
         bodies[of, column] = values / scale
     bodies[damaged, X] = np.nan
     bodies[ball, THETA] = np.nan

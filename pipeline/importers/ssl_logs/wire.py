@@ -111,11 +111,11 @@ def _next(data: U8, of: I64, at: I64, end: I64) -> tuple[Fields, Bools]:
     for fixed, size in ((FIXED64, 8), (FIXED32, 4)):
         after[kind == fixed] += size
     counted = np.flatnonzero(sound & ((kind == VARINT) | (kind == SPAN)))
-    told, content = _varints(data, value[counted], end[counted])
+    reported, content = _varints(data, value[counted], end[counted])
     span = kind[counted] == SPAN
-    fits = (content >= 0) & (~span | ((told >= 0) & (told <= end[counted] - content)))
-    value[counted] = np.where(span, content, told)
-    after[counted] = np.where(span, content + np.where(fits, told, 0), content)
+    fits = (content >= 0) & (~span | ((reported >= 0) & (reported <= end[counted] - content)))
+    value[counted] = np.where(span, content, reported)
+    after[counted] = np.where(span, content + np.where(fits, reported, 0), content)
     sound[counted] &= fits
     sound &= (after <= end) & _KNOWN[kind]
     found = Fields(of, number, kind, value, after)

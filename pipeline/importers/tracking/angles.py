@@ -1,4 +1,4 @@
-"""The unit of a table's angles: as the map gives it, else told by the headings themselves."""
+"""The unit of a table's angles: as the map gives it, else found from the headings themselves."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SAY = 'in a map: [units] angle = "deg" or "rad"'
 
 
 def angle_unit(heading: F64, given: Unit | None, name: str) -> tuple[Unit, list[Flaw]]:
-    """Unit of a table's headings, and a flaw if it was told by them, or if they contradict the map.
+    """Unit of a table's headings, and a flaw if it was found from them, or if they contradict the map.
 
     Without a map they are radians, if at most a hundredth of them is beyond 2 pi. They are degrees, if at
     least half of them are beyond 2 pi, one beyond 170, and all but a hundredth within 360. Otherwise nothing

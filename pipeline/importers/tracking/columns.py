@@ -82,9 +82,9 @@ def columns_to_read(
     missing = [ours for ours in wanted if ours in needed and wanted[ours] not in found]
     if missing:
         numbered = {ours for ours, theirs in columns if isinstance(theirs, int)}
-        told = ", ".join(
+        lost = ", ".join(
             wanted[ours] + ("" if ours in numbered else _meant(ours, wanted, found)) for ours in missing)
-        raise BadRecording(f"has no column {told}; it has {first_columns(found)}", where=name, next_step=_MAP)
+        raise BadRecording(f"has no column {lost}; it has {first_columns(found)}", where=name, next_step=_MAP)
     read = {ours: theirs for ours, theirs in wanted.items() if theirs in found}
     twice = [theirs for theirs in read.values() if found.count(theirs) > 1]
     if twice:

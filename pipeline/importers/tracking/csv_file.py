@@ -91,7 +91,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         raise BadRecording("has a header and no row", where=source.name, next_step="Copy or write it again")
     wanted = list(theirs.values()) if columns is None else columns.names()
     try:
-        # as text: a value that is no number is told apart from one that is not there
+        # as text: a value that is no number is distinguished from one that is not there
         table = pl.read_csv(
             io.BytesIO(rows if bare else content[: len(header) + 1 + len(rows)]),
             has_header=False, skip_rows=0 if bare else 1, new_columns=found, separator=mark,

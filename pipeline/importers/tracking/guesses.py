@@ -52,8 +52,8 @@ def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
         pitch = _FIVE_A_SIDE
     if given.kind is None and kind is Kind.SSL and half <= _B_UP_TO:
         pitch = _DIVISION_B
-    told = given.model_dump(exclude_none=True)
-    return Pitch.model_validate({**pitch.model_dump(), **told}), given.kind is None
+    reported = given.model_dump(exclude_none=True)
+    return Pitch.model_validate({**pitch.model_dump(), **reported}), given.kind is None
 
 
 def guess_home(

@@ -56,7 +56,7 @@ class BodyColumns(_Map):
 
 
 class Units(_Map):
-    """The file's units. An absent unit of angles is told by the headings (``angles.angle_unit``).
+    """The file's units. An absent unit of angles is found from the headings (``angles.angle_unit``).
 
     Of headings, and per second of ``omega``; the map may call it ``angle_unit``, too.
     """
@@ -134,7 +134,7 @@ class TrackingMap(_Map):
     Attributes:
         columns, units, axes, pitch, teams, goals: one TOML table each.
         bodies: for a table with one row a sample, the columns of each body: ``"blue 0" = {x = 2, y = 3}``, a
-            team and a player, or the ball's name. Without it they are told by the columns' names.
+            team and a player, or the ball's name. Without it they are found from the columns' names.
         states: the file's words for states of the game. Each is an event of schema Referee, alone or with
             ``home`` or ``away`` (``DirectAlly = "fault home"``).
         ssl: how an SSL log is read, which besides this uses ``pitch`` and ``teams``.

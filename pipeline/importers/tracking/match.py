@@ -103,11 +103,11 @@ def match_of(
     periods, inferred = infer_periods(
         frames, half_times(course, said), None if attacks is None else (1 if attacks == "right" else -1)
     )
-    told = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
+    reported = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
     events, unknown = referee_events(
-        course, said, CENTRE * pitch.length, source, told.found, by_ball=told.origin == "ball"
+        course, said, CENTRE * pitch.length, source, reported.found, by_ball=reported.origin == "ball"
     )
-    flaws += told.flaws
+    flaws += reported.flaws
     flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown + inferred
     incomplete = source.damage or cut
     if source.damage is not None:
@@ -115,7 +115,7 @@ def match_of(
     info = MatchInfo(
         match_id=source.match_id, source=name, format="tracking", home=mapping.teams.named(names[0]),
         away=mapping.teams.named(names[1]), pitch=pitch, periods=periods,
-        settings={"map": mapping.settings(), "guessed": guessed, "goals": told.settings()},
+        settings={"map": mapping.settings(), "guessed": guessed, "goals": reported.settings()},
         software=RELEASE, complete=incomplete is None,
         incomplete_reason=incomplete,
     )
@@ -293,7 +293,7 @@ def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
         "theta": wrap(rows.column("heading") * turn + zero),
         "omega": rows.column("omega") * turn,
     }
-    # a value that is not a number is told apart from one that is absent
+    # a value that is not a number is distinguished from one that is absent
     given = rows.table["x"].is_not_null() & rows.table["y"].is_not_null()
     aimed = rows.table["heading"].is_not_null() if "heading" in rows.table.columns else given & False
     table = rows.table.with_columns(

@@ -114,10 +114,10 @@ def _with_teams(
     attacks = home_attacks(tuple(periods), np.array([goal.t_ns for goal in goals], dtype=np.int64))
     found = []
     for goal, sign in zip(goals, attacks.tolist(), strict=True):
-        told = not any(start <= goal.t_ns < end for start, end in unknown)
+        reported = not any(start <= goal.t_ns < end for start, end in unknown)
         index = int(np.searchsorted(course.t_ns, goal.t_ns))
         back = None if goal.restart_ns is None else int(np.searchsorted(course.t_ns, goal.restart_ns))
-        team: Side | None = ("home" if goal.end == sign else "away") if told else None
+        team: Side | None = ("home" if goal.end == sign else "away") if reported else None
         found.append(Found(index, team, _words(goal), back, kick_off=goal.sequel == "centre"))
     return tuple(found)
 

@@ -240,11 +240,11 @@ def referee_events(
         ).items()
     ]
     goals: dict[int, list[tuple[Side, int]]] = {}
-    told = 0
+    reported = 0
     for index, side, step in rises(course.score):
-        told += abs(step)
-        if told > source.limits.goals:
-            raise source.too_much(f"a score that changes by {told} goals", "goals")
+        reported += abs(step)
+        if reported > source.limits.goals:
+            raise source.too_much(f"a score that changes by {reported} goals", "goals")
         goals.setdefault(index, []).append((SIDES[side], step))
     from_start = not by_ball and not course.unscored and _begins(said)
     referee = _Referee(course, _first_score(course.score) or ([0, 0] if from_start else [None, None]))
@@ -261,7 +261,7 @@ def referee_events(
     infer = course.score is None and not words["goal"]
     kicked_off = -1
     seen = {goal.frame: goal for goal in found if by_ball}
-    back = {goal.restart: goal for goal in seen.values() if goal.restart and not _told(course, said, goal)}
+    back = {goal.restart: goal for goal in seen.values() if goal.restart and not _is_said(course, said, goal)}
     for index in sorted(said.keys() | goals.keys() | cuts | seen.keys() | back.keys()):
         if index in back:
             _restart(referee, index, back[index])
@@ -294,7 +294,7 @@ def _begins(said: StateWords) -> bool:
     return next((event for event in events if event not in STOPS - {"goal"}), None) == "kick-off"
 
 
-def _told(course: Course, said: StateWords, goal: Found) -> bool:
+def _is_said(course: Course, said: StateWords, goal: Found) -> bool:
     """True if the states themselves say when play goes on after a goal that was found."""
     assert goal.restart is not None
     until = course.t_ns[goal.restart] + _STATE_LATE_NS

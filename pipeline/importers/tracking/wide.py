@@ -94,8 +94,8 @@ def _by_map(found: list[str], mapping: TrackingMap, name: str) -> _Bodies:
     """The columns of each body that a map names."""
     bodies: _Bodies = {}
     for body, columns in mapping.bodies.items():
-        told = columns.model_dump(exclude_none=True).items()
-        named = {ours: column_name(theirs, found) for ours, theirs in told}
+        reported = columns.model_dump(exclude_none=True).items()
+        named = {ours: column_name(theirs, found) for ours, theirs in reported}
         missing = [theirs for theirs in named.values() if theirs not in found]
         if missing:
             raise BadRecording(

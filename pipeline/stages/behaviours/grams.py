@@ -37,7 +37,7 @@ def grams(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> pl.Data
 
     Args:
         sequence: rows of schema Sequences of some matches, each whole; with a column who, grams of these
-            owners are told apart [S].
+            owners are distinguished [S].
         n: 1 to 4.
         taken: bool [S], situations that are used up (:func:`cover`); None for none.
 

@@ -2,9 +2,9 @@
 
 A sequence is a table of situations with the columns role, code and ``follows``: whether a row follows the one
 before without a break (:func:`followed`). With a column ``who``, an integer from 0, rows and patterns of
-several owners (sides, teams) are told apart. A run never crosses robots, segments, holes, or a situation that
-is already used up (paper section 3.2.2: "It can not be formed groups of situations separated by some other
-situation").
+several owners (sides, teams) are distinguished. A run never crosses robots, segments, holes, or a situation
+that is already used up (paper section 3.2.2: "It can not be formed groups of situations separated by some
+other situation").
 """
 
 from __future__ import annotations

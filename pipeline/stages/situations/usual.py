@@ -24,7 +24,7 @@ from pitchlore.schemas.situations import MOVES_RANDOMLY
 LEAST_SHARE = 0.5
 #: ... and so is one whose robots move randomly for a larger share of the time.
 MOST_RANDOM = 2 / 3
-#: Robots' seconds in play below which nothing is told: pieces of sound recordings that are shorter show
+#: Robots' seconds in play below which nothing is reported: pieces of sound recordings that are shorter show
 #: fewer than half of the usual codes now and then (docs/decisions/importers.md, "Poor recognition is said").
 LEAST_SECONDS = 100.0
 
@@ -54,8 +54,8 @@ class Recognition(NamedTuple):
 @cache
 def rates(kind: Kind) -> dict[int, float]:
     """How often each code but 194 was recognised in recordings of a kind, per second of a robot's play."""
-    told = json.loads(resources.files(__package__).joinpath("usual.json").read_text())
-    return {int(code): rate for code, rate in told[kind.value]["rates"].items()}
+    reported = json.loads(resources.files(__package__).joinpath("usual.json").read_text())
+    return {int(code): rate for code, rate in reported[kind.value]["rates"].items()}
 
 
 def recognition(situations: pl.DataFrame, kind: Kind) -> Recognition:

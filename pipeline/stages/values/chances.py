@@ -20,11 +20,11 @@ from pitchlore.schemas import Chances
 
 #: What a shot is judged by, in the order of :func:`shot_features`.
 FEATURES = ("log distance", "log angle", "log cover", "in_way", "log cover * angle")
-#: Greatest distance of an adversary from the ball's way that is told apart, in half goals.
+#: Greatest distance of an adversary from the ball's way that is distinguished, in half goals.
 _FAR_COVER = 3.0
 #: Added to distance (lengths of the pitch) and cover (half goals) before the logarithm: nearer is alike.
 _NEAR, _NEAR_COVER = 0.03, 0.1
-#: Least angle that is told apart, rad: 0 from beside the goal.
+#: Least angle that is distinguished, rad: 0 from beside the goal.
 _LEAST_ANGLE = 0.01
 
 

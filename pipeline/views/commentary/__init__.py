@@ -2,7 +2,7 @@
 
 The referee's decisions, shots, passes and teams' times on the ball (:mod:`.spells`) become moments
 (:mod:`.moments`), and so do goals, with what led to them (:mod:`.goals`), in words (:mod:`.words`). The
-moments that matter are told, a line each; the rest is counted (:mod:`.summary`).
+moments that matter are reported, a line each; the rest is counted (:mod:`.summary`).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Commentary:
     """The commentary of a match. As text it is what ``pitchlore commentary`` prints.
 
     Attributes:
-        moments: the moments told, by time.
+        moments: the moments reported, by time.
         summary: the match in numbers.
     """
 
@@ -48,7 +48,7 @@ class Commentary:
     summary: MatchStatistics
 
     def sentences(self) -> list[tuple[int, str]]:
-        """The sentences told with their times, ns since the first sample, by time."""
+        """The sentences reported with their times, ns since the first sample, by time."""
         return [(moment.t_ns, moment.text) for moment in self.moments]
 
     def heading(self) -> tuple[str, ...]:
@@ -68,9 +68,9 @@ class Commentary:
 def commentary(match: MatchTables, settings: CommentarySettings | None = None) -> Commentary:
     """The commentary of a match: moments to tell, and statistics.
 
-    The referee's decisions and the goals are always told. A chance (a save, a wide shot) is told unless a
-    greater moment is close. Other shots are told where neither of these is near, passes and possession where
-    nothing else happens.
+    The referee's decisions and the goals are always reported. A chance (a save, a wide shot) is reported
+    unless a greater moment is close. Other shots are reported where neither of these is near,
+    passes and possession where nothing else happens.
 
     Args:
         match: has one goal for each goal of the referee.
@@ -89,17 +89,17 @@ def commentary(match: MatchTables, settings: CommentarySettings | None = None) -
         of_passes(passes, trajectories, pitch, names, settings),
         of_spells(kept, situations, pitch, settings),
     )
-    told = _chosen(moments, settings)
-    told = sorted([*told, *of_lulls(told, kept, names, settings)], key=lambda moment: moment.t_ns)
-    return Commentary(tuple(told), match_statistics(row, goals, situations, possession, shots, settings))
+    reported = _chosen(moments, settings)
+    reported = sorted([*reported, *of_lulls(reported, kept, names, settings)], key=lambda moment: moment.t_ns)
+    return Commentary(tuple(reported), match_statistics(row, goals, situations, possession, shots, settings))
 
 
 def _chosen(moments: Iterable[Moment], settings: CommentarySettings) -> list[Moment]:
     """The moments to tell, by time; of equal weight the earlier one has precedence."""
     play_ns, chances_ns = (round(s * 1e9) for s in (settings.play_apart_s, settings.chances_apart_s))
-    told: list[Moment] = []
+    reported: list[Moment] = []
     for moment in sorted(moments, key=lambda moment: (-moment.weight, moment.t_ns)):
         apart = {Weight.ALWAYS: 0, Weight.CHANCE: chances_ns}.get(moment.weight, play_ns)
-        if all(abs(moment.t_ns - other.t_ns) >= apart for other in told):
-            told.append(moment)
-    return sorted(told, key=lambda moment: moment.t_ns)
+        if all(abs(moment.t_ns - other.t_ns) >= apart for other in reported):
+            reported.append(moment)
+    return sorted(reported, key=lambda moment: moment.t_ns)

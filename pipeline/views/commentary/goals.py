@@ -113,11 +113,11 @@ def _way(
              for it in done.get((last.segment, goal["team"]), [])
              if it.end_ns > since_ns and it.start_ns < goal["t_ns"]]
     lead = [step for before, step in pairwise([None, *steps]) if step is not None and step != before]
-    told = story(lead[-settings.lead_steps:], scorer)
+    reported = story(lead[-settings.lead_steps:], scorer)
     toucher = robot(names[last.team], last.robot, last.role)
     if last.team != goal["team"]:
-        return f"{told}; it goes in off {toucher}." if told else f"the ball goes in off {toucher}."
-    return f"{told}; it is in." if told else f"{toucher} touches the ball last."
+        return f"{reported}; it goes in off {toucher}." if reported else f"the ball goes in off {toucher}."
+    return f"{reported}; it is in." if reported else f"{toucher} touches the ball last."
 
 
 def _sure(confidence: float | None) -> str:

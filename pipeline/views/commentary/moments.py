@@ -29,7 +29,7 @@ _LOSES = 22
 
 
 class Weight(IntEnum):
-    """Importance of a moment; of two close ones the greater is told."""
+    """Importance of a moment; of two close ones the greater is reported."""
 
     PLAY = 0
     ATTEMPT = 1
@@ -108,9 +108,9 @@ def of_shots(shots: pl.DataFrame, touched: pl.DataFrame, names: Mapping[str, str
     """Shots that are no goals; the touches are :func:`pipeline.views.commentary.goals.at_ball`."""
     stops = touched.select("t_ns", side="team", by=pl.col("robot").cast(shots.schema["by"]), stopper="role")
     sides = pl.col("team").cast(pl.String).replace_strict(OTHER)
-    told = shots.with_columns(side=sides).sort("t_ns").join_asof(
+    reported = shots.with_columns(side=sides).sort("t_ns").join_asof(
         stops, on="t_ns", by=("side", "by"), strategy="forward", check_sortedness=False)
-    for row in told.iter_rows(named=True):
+    for row in reported.iter_rows(named=True):
         t_ns, team, number, outcome = row["t_ns"], row["team"], row["robot"], row["outcome"]
         what = f"{robot(names[team], number, row['role'])} shoots from {metres(row['distance'])}"
         stopper = robot(names[row["side"]], row["by"], row["stopper"])
@@ -131,11 +131,11 @@ def of_passes(
 ) -> Iterator[Moment]:
     """Passes that are long enough."""
     least = settings.pass_m * SCALES[pitch.kind].close
-    told = passes.with_columns(
+    reported = passes.with_columns(
         giver=roles(trajectories, *passes.select("team", "robot", "t_ns")),
         taker=roles(trajectories, *passes.select("team", "receiver", "received_ns")),
     ).filter((pl.col("to_x") - pl.col("x")) ** 2 + (pl.col("to_y") - pl.col("y")) ** 2 >= least**2)
-    for row in told.iter_rows(named=True):
+    for row in reported.iter_rows(named=True):
         how = "plays a through pass" if row["through"] else PASSES[row["direction"]]
         team, name = row["team"], names[row["team"]]
         text = (f"{robot(name, row['robot'], row['giver'])} {how} to"
@@ -155,10 +155,11 @@ def of_spells(
 
 
 def of_lulls(
-    told: Sequence[Moment], spells: Sequence[Spell], names: Mapping[str, str], settings: CommentarySettings
+    reported: Sequence[Moment], spells: Sequence[Spell], names: Mapping[str, str],
+    settings: CommentarySettings
 ) -> Iterator[Moment]:
     """Possession, and changes of sides, in long stretches without other moments; all are given by time."""
-    for before, after in pairwise(told):
+    for before, after in pairwise(reported):
         during = [spell for spell in spells if before.t_ns < spell.start_ns and spell.end_ns <= after.t_ns]
         seconds = sum(spell.until_ns - spell.start_ns for spell in during) / 1e9
         if after.t_ns - before.t_ns < round(settings.lull_s * 1e9) or seconds < settings.lull_s / 2:

@@ -11,15 +11,15 @@ class CommentarySettings(Frozen):
     """Thresholds of the commentary, chosen by us; they give about eight lines a minute.
 
     Attributes:
-        pass_m: least length of a pass that is told, in units of ``Scales.close``.
-        spell_s: least time on the ball that is told.
+        pass_m: least length of a pass that is reported, in units of ``Scales.close``.
+        spell_s: least time on the ball that is reported.
         spell_touches: least number of touches in that time.
-        lead_s: longest time before a goal from which its story is told.
+        lead_s: longest time before a goal from which its story is reported.
         lead_steps: most situations in that story.
-        chances_apart_s: least time between two chances that are told; of closer ones the greatest is told.
-        play_apart_s: shots that are blocked or not seen to arrive, passes and possession are told only if no
+        chances_apart_s: least time between two reported chances; of closer ones the greatest is.
+        play_apart_s: shots that are blocked or not seen to arrive, passes, possession are reported only if no
             greater or earlier moment is closer than this.
-        lull_s: after this time without a moment, possession is told.
+        lull_s: after this time without a moment, possession is reported.
         scramble_s: a lull is a scramble if the ball changes sides at least once in this time, on average over
             the time in which a team has it, or if duels last longer than that time.
         most_frequent: number of situations listed for each role in the summary.

@@ -85,9 +85,9 @@ class ExportedMatch:
         return self.log.info.periods or (whole,)
 
     def score(self) -> tuple[int | None, int | None]:
-        """The last score that the referee told, null where not known."""
-        told = self.log.referee.sort("t_ns", maintain_order=True)
-        home, away = (told[f"score_{side}"].drop_nulls() for side in SIDES)
+        """The last score that the referee reported, null where not known."""
+        reported = self.log.referee.sort("t_ns", maintain_order=True)
+        home, away = (reported[f"score_{side}"].drop_nulls() for side in SIDES)
         return (home[-1] if len(home) else None), (away[-1] if len(away) else None)
 
 

@@ -121,12 +121,12 @@ def _situations(stream: rr.RecordingStream, content: ExportedMatch) -> None:
 
 
 def _referee(stream: rr.RecordingStream, content: ExportedMatch) -> None:
-    told = content.log.referee.sort("t_ns", maintain_order=True)
-    if told.is_empty():
+    heard = content.log.referee.sort("t_ns", maintain_order=True)
+    if heard.is_empty():
         return
     texts = [
         " ".join(str(word) for word in (event, team, None if home is None else f"{home} : {away}") if word)
-        for event, team, home, away in told.select("event", "team", "score_home", "score_away").iter_rows()
+        for event, team, home, away in heard.select("event", "team", "score_home", "score_away").iter_rows()
     ]
-    when = rr.TimeColumn(MATCH, duration=told["t_ns"].to_numpy().astype("timedelta64[ns]"))
+    when = rr.TimeColumn(MATCH, duration=heard["t_ns"].to_numpy().astype("timedelta64[ns]"))
     stream.send_columns("referee", [when], rr.TextLog.columns(text=texts, level=["INFO"] * len(texts)))

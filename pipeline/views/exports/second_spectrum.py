@@ -80,8 +80,8 @@ def _metadata(content: ExportedMatch, periods: tuple[Period, ...], times: I64, f
             "number": number, "startFrameIdx": round(int(min(first, period.start_ns)) * fps / 1e9),
             "endFrameIdx": round(int(last) * fps / 1e9), "homeAttPositive": period.home_attacks > 0,
         })
-    told = info.settings.get("players")
-    squads = told if isinstance(told, dict) else {}
+    reported = info.settings.get("players")
+    squads = reported if isinstance(reported, dict) else {}
     players = {
         f"{side}Players": [
             {

@@ -26,26 +26,26 @@ def tracking_table(content: ExportedMatch) -> pl.DataFrame:
     bodies = content.bodies()
     names = {"home": log.info.home, "away": log.info.away, "ball": "ball"}
     states, scores = _states(content)
-    told = [name for name in ("score_home", "score_away") if scores[name].null_count() < len(scores)]
+    reported = [name for name in ("score_home", "score_away") if scores[name].null_count() < len(scores)]
     out = bodies.join(scores.with_columns(game_state=states).with_row_index("sample").cast(
         {"sample": pl.Int64}), on="sample", how="left", maintain_order="left")
     high = ["z"] if out["z"].null_count() < len(out) else []
     return out.select(
         "frame", pl.col("t_ns").truediv(1e9).alias("t"),
         pl.col("team").replace_strict(names, return_dtype=pl.String), "player", "x", "y", *high, "heading",
-        *told, "game_state",
+        *reported, "game_state",
     )
 
 
 def _states(content: ExportedMatch) -> tuple[pl.Series, pl.DataFrame]:
     """State of the game at each sample in order of time, String [F], and the score, as in schema Referee."""
     times = content.times()
-    told = content.log.referee.sort("t_ns", maintain_order=True)
+    reported = content.log.referee.sort("t_ns", maintain_order=True)
     words: list[list[str]] = [[] for _ in times]
-    playing = np.full(len(times), not len(told) or told["event"][0] not in ("kick-off", "play"))
+    playing = np.full(len(times), not len(reported) or reported["event"][0] not in ("kick-off", "play"))
     home, away = np.full((2, len(times)), np.nan)
-    at = np.searchsorted(times, told["t_ns"].to_numpy())
-    for row, index in zip(told.to_dicts(), at.tolist(), strict=True):
+    at = np.searchsorted(times, reported["t_ns"].to_numpy())
+    for row, index in zip(reported.to_dicts(), at.tolist(), strict=True):
         if index < len(times):
             word = _word(row["event"], row["note"])
             words[index].append(word if row["team"] is None else f"{word}_{row['team']}")

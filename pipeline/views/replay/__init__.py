@@ -64,7 +64,7 @@ _LONE = ('<p id="lone">The code of this page is missing: replay.js belongs into 
          "Copy the scout's folder as a whole.</p>")
 
 def page(
-    match: MatchTables, *, hz: float = 20.0, near: float = 0.0, told: Sequence[tuple[int, str]] = ()
+    match: MatchTables, *, hz: float = 20.0, near: float = 0.0, reported: Sequence[tuple[int, str]] = ()
 ) -> str:
     """The page as HTML; the same tables give the same page.
 
@@ -79,14 +79,14 @@ def page(
         hz: most samples shown a second, in (0, 1000].
         near: how far from its place a body may be shown because of a sample that is left out, metres, at
             least 0.
-        told: the commentary's sentences with their times, ns since the first sample, by time.
+        reported: the commentary's sentences with their times, ns since the first sample, by time.
 
     Raises:
         NotFound: if there is nothing to show.
         BadSettings: if ``hz`` or ``near`` is out of its bounds.
         SchemaMismatch: if situations of one robot overlap.
     """
-    facts, packed = payload(match, hz=hz, near=near, told=told)
+    facts, packed = payload(match, hz=hz, near=near, reported=reported)
     return _filled(facts["home"], facts["away"], packed, source="", allowed="'unsafe-inline'",
                    style=f"<style>\n{style()}</style>", code=f"<script>\n{script()}\n</script>")
 
@@ -146,7 +146,7 @@ def _filled(
 
 
 def payload(
-    match: MatchTables, *, hz: float = 20.0, near: float = 0.0, told: Sequence[tuple[int, str]] = ()
+    match: MatchTables, *, hz: float = 20.0, near: float = 0.0, reported: Sequence[tuple[int, str]] = ()
 ) -> tuple[dict[str, Any], str]:
     """The facts of a match, and the payload (see the module); arguments and errors as for :func:`page`."""
     if not 0 < hz <= 1000:
@@ -165,7 +165,7 @@ def payload(
     done = situated(situations, bodies, match.gap_s, tick)
     facts = _facts(match, bodies, shown, situations) | {
         "quantum": quantum, "tick": tick, "situations": done.facts,
-        "told": [(round(t_ns / 1e6), text) for t_ns, text in told],
+        "told": [(round(t_ns / 1e6), text) for t_ns, text in reported],
         "passes": _passes(match.passes), "shots": _shots(match.shots)}
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     raw = struct.pack("<I", len(text)) + text + samples.packed(quantum) + done.packed

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-#: Changes that are told in words; share of chance's changes that lie within its range.
+#: Changes that are reported in words; share of chance's changes that lie within its range.
 TOLD, _WITHIN = 3, 0.95
 
 

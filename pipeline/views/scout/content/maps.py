@@ -16,7 +16,7 @@ from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
 #: Behaviours on the ring: those that were begun most often. Arrows from each: its commonest next ones.
 _NODES, _ARROWS = 16, 4
 #: Least share that an arrow is drawn for. Lines of a panel's lists.
-_LEAST, _TOLD = 0.04, 6
+_LEAST, _SHOWN = 0.04, 6
 
 
 def maps_facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, Any]:
@@ -47,13 +47,13 @@ def _graph(found: Successions, shown: list[str]) -> dict[str, Any] | None:
              for place, row in enumerate(most.iter_rows(named=True), 1)]
     at = {node["behaviour_id"]: place for place, node in enumerate(nodes)}
     begun = dict(found.begun.select("behaviour_id", "n").iter_rows())
-    told = [{"from": at.get(before), "to": at.get(after), "times": times, "of": begun[before],
+    steps = [{"from": at.get(before), "to": at.get(after), "times": times, "of": begun[before],
              "before": before, "after": after} for before, after, times in found.counts.iter_rows()]
-    inner = [each for each in told if each["from"] is not None and each["to"] is not None]
+    inner = [each for each in steps if each["from"] is not None and each["to"] is not None]
     for node in nodes:
         name = node["behaviour_id"]
-        node["next"] = [_named(each, "after", nodes, at) for each in told if each["before"] == name][:_TOLD]
-        node["last"] = [_named(each, "before", nodes, at) for each in told if each["after"] == name][:_TOLD]
+        node["next"] = [_named(each, "after", nodes, at) for each in steps if each["before"] == name][:_SHOWN]
+        node["last"] = [_named(each, "before", nodes, at) for each in steps if each["after"] == name][:_SHOWN]
     arrows = [(place, each["to"], each["times"], each["of"]) for place in range(len(nodes))
               for each in [each for each in inner if each["from"] == place][:_ARROWS]
               if each["times"] >= _LEAST * each["of"]]
@@ -73,10 +73,10 @@ def _graph(found: Successions, shown: list[str]) -> dict[str, Any] | None:
 
 
 def _named(
-    told: dict[str, Any], other: str, nodes: list[dict[str, Any]], at: dict[str, int]
+    step: dict[str, Any], other: str, nodes: list[dict[str, Any]], at: dict[str, int]
 ) -> dict[str, Any]:
     """A behaviour that follows or comes before, in words."""
-    name = told[other]
-    return {"words": of_behaviour(name), "role": name.split("-")[0], "times": told["times"],
+    name = step[other]
+    return {"words": of_behaviour(name), "role": name.split("-")[0], "times": step["times"],
             "key": nodes[at[name]]["key"] if name in at else None,
             "label": nodes[at[name]]["label"] if name in at else None}

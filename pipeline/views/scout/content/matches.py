@@ -74,7 +74,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
                  [getattr(part, of) for part in each], goals, name, row["duration_s"], blank)}
             for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
                                     ("Territory over time", "territory", "ball not in play"))],
-        "goals": _goals(match, moments, kept.scored), "told": _told(moments),
+        "goals": _goals(match, moments, kept.scored), "told": _reported(moments),
         "shots": _shots(match, names),
         "sides": [{"key": side, "name": team.name, "answers": answers[side],
                    **_passes(match, side, names[side], pitch)}
@@ -126,19 +126,19 @@ def _flaws(match: LeagueMatch) -> str:
     return flaws(match.recorded_quality, match.trajectories["frame"].n_unique())
 
 
-def _told(told: Commentary) -> list[dict[str, Any]]:
+def _reported(reported: Commentary) -> list[dict[str, Any]]:
     """Each sentence of the commentary, with the moment of the replay that it tells of, seconds."""
     return [{"at": before(moment.t_ns / 1e9), "seconds": moment.t_ns / 1e9, "team": moment.team or "",
              "actor": moment.actor or moment.team or "", "robot": moment.robot,
              "says": moment.text}
-            for moment in told.moments]
+            for moment in reported.moments]
 
 
-def _goals(match: LeagueMatch, told: Commentary, scored: Sequence[Scored]) -> list[dict[str, Any]]:
+def _goals(match: LeagueMatch, reported: Commentary, scored: Sequence[Scored]) -> list[dict[str, Any]]:
     """Each goal in the commentary's words and with its shot, and the clip that leads to it."""
     shots = {goal.t_ns: "no shot" if goal.distance is None else f"shot from {goal.distance:.2f} m"
              for goal in scored}
-    said = [moment.line() for moment in told.moments if moment.kind == "goal"]
+    said = [moment.line() for moment in reported.moments if moment.kind == "goal"]
     goals = match.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
     return [{"team": goal["team"] or "", "says": line, "shot": shots.get(goal["t_ns"], ""),
              "clip": clip_of(goal, _HOW)}
@@ -154,8 +154,8 @@ def _shots(match: LeagueMatch, names: Mapping[str, str]) -> dict[str, Any]:
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
                           link=moment(match.name, before(at), of=match.name), size=size(shot["xg"])))
-        told = ("team", "robot", "distance", "speed", "xg", "outcome")
-        rows.append({key: shot[key] for key in told}
+        reported = ("team", "robot", "distance", "speed", "xg", "outcome")
+        rows.append({key: shot[key] for key in reported}
                     | {"name": names[shot["team"]], "at": at, "watch": before(at)})
     return {"rows": rows, "rests_on": rests_on(match, match.chances),
             "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}

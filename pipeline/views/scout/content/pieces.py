@@ -60,12 +60,12 @@ def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any])
 
 def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> MatchPages:
     match = todo.match.at(store, keep=True)
-    told = cache(partial(commentary, match))
+    reported = cache(partial(commentary, match))
     kept = cache(partial(answers.kept, match))
     makers: dict[str, Callable[[], bytes]] = {
-        f"data/{match.name}.js": lambda: replays.data(match, told()),
+        f"data/{match.name}.js": lambda: replays.data(match, reported()),
         f"matches/{match.name}.html": lambda: rendered(
-            "match", up="../", of=match.name, **around, **match_pages.match_facts(match, told(), kept())),
+            "match", up="../", of=match.name, **around, **match_pages.match_facts(match, reported(), kept())),
     }
     return MatchPages({name: makers[name]() for name in todo.pages},
                 match_pages.line(match, kept()) if todo.line else None)

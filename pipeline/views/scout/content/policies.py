@@ -54,7 +54,7 @@ class Newest(NamedTuple):
         return "all" if self.team is None else self.team.slug
 
     @property
-    def told(self) -> bool:
+    def reported(self) -> bool:
         """True if it was trained by a version that keeps returns and states."""
         return States.NAME in self.manifest.files
 
@@ -89,8 +89,8 @@ def policy_lines(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any
     lines = []
     for each in policies:
         line: dict[str, Any] = {"version": each.manifest.version, "team": each.team, "slug": each.slug,
-                                "told": each.told, "states": None, "unsure": None}
-        if each.told:
+                                "told": each.reported, "states": None, "unsure": None}
+        if each.reported:
             states = table_of(store, each.manifest, States)
             line |= {"states": states.height, "unsure": _unsure_share(states)}
         lines.append(line)
@@ -108,7 +108,7 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
     about = {"policy": policy, "version": policy.manifest.version, "team": policy.team, "few": FEW,
              "knowledge": policy.manifest.details["knowledge_version"],
              "discount": policy.manifest.settings.get("discount")}
-    if not policy.told:
+    if not policy.reported:
         return about | {"told": False}
     states, returned, values = (
         table_of(store, policy.manifest, schema) for schema in (States, Returns, Policies))
@@ -120,7 +120,7 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
     candidates = values.join(returned, on=["role", "key", "state", "behaviour_id"], how="left").sort(
         "q", "episodes", "behaviour_id", descending=[True, True, False], nulls_last=True)
 
-    def told(rows: pl.DataFrame) -> list[dict[str, Any]]:
+    def reported(rows: pl.DataFrame) -> list[dict[str, Any]]:
         return [_state(row, candidates, policy.pitch, cards) for row in rows.iter_rows(named=True)]
 
     keep = [key for key in KEYS if any(rows["key"][0] == key and len(rows["elements"][0]) for rows in shown)]
@@ -128,9 +128,9 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
         "told": True, "unsure_share": _unsure_share(states), "groups": [_group(rows) for rows in shown],
         "evidence": _evidence(states),
         "ball": [it for rows in shown if (it := _by_ball(rows, policy.pitch)) is not None],
-        "unsure": [card for rows in shown for card in told(rows.filter(unsure).sort(
+        "unsure": [card for rows in shown for card in reported(rows.filter(unsure).sort(
             "visits", "state", descending=[True, False]).head(_UNSURE))],
-        "known": [card for rows in shown for card in told(rows.filter(~unsure).sort(
+        "known": [card for rows in shown for card in reported(rows.filter(~unsure).sort(
             pl.col("verdict") == "sure", "low", "visits", "state", descending=[True, True, True, False],
             nulls_last=True).head(_KNOWN))],
         "shown_key": keep[-1] if keep else "",  # the coarsest has the most evidence

@@ -16,10 +16,10 @@ from pitchlore.pipeline.views.scout.content.teams import on_page
 _HZ, _NEAR = 60.0, 1 / 2
 
 
-def data(match: LeagueMatch, told: Commentary) -> bytes:
+def data(match: LeagueMatch, reported: Commentary) -> bytes:
     """The script with a match's payload: the clips and the replay load it."""
     packed = payload(
-        match, hz=_HZ, near=_NEAR * SCALES[match.pitch.kind].robot_radius, told=told.sentences())[1]
+        match, hz=_HZ, near=_NEAR * SCALES[match.pitch.kind].robot_radius, reported=reported.sentences())[1]
     return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 
 

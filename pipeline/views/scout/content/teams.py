@@ -211,8 +211,8 @@ def gallery(
             **{name: row[name] for name in (
                 "support", "new", "value", "low", "high", "neuron", "times", "at_least")},
             "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
-            "before": _told(near.get(row["behaviour_id"], ([], []))[0], ids),
-            "after": _told(near.get(row["behaviour_id"], ([], []))[1], ids),
+            "before": _reported(near.get(row["behaviour_id"], ([], []))[0], ids),
+            "after": _reported(near.get(row["behaviour_id"], ([], []))[1], ids),
             "clips": at_first(by_behaviour.get(row["behaviour_id"], [])),
             "led": led.get(row["behaviour_id"]),
             **_way(pitch, row, ways.get(row["behaviour_id"])),
@@ -256,7 +256,7 @@ def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict
             Mark(x, y, "mark home hit", "mean place at which it begins", size=1.8)])}
 
 
-def _told(neighbours: Sequence[Followed], shown: Sequence[str]) -> list[dict[str, Any]]:
+def _reported(neighbours: Sequence[Followed], shown: Sequence[str]) -> list[dict[str, Any]]:
     """Behaviours before or after another, in words; those that have a card are marked."""
     return [{"id": each.behaviour, "words": of_behaviour(each.behaviour),
              "role": each.behaviour.split("-")[0], "times": each.times, "of": each.of,
