@@ -114,7 +114,7 @@ def test_switch():
 
 def test_the_cache_follows_the_table(tmp_path):
     """Another order of RULES gives numba's cache another name: compiled numbers are never mixed up."""
-    own = Path("paradigms") / "rules"
+    own = Path("stages", "paradigms", "rules")
     shutil.copytree(Path(pipeline.__file__).parent / own, tmp_path / own, ignore=shutil.ignore_patterns("__pycache__"))
     before = _kernels(tmp_path)
     table = tmp_path / own / "rules.py"

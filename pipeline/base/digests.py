@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 from mmap import mmap
+from typing import TYPE_CHECKING
 
-from pydantic import BaseModel
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 
 def digest(data: bytes | mmap) -> str:

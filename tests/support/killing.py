@@ -65,14 +65,15 @@ def dying(step: int, root: Path) -> Callable[[], int]:
 
 
 #: What stages load when they are first called; the children have it from here.
-_LOADED = ("arena", "behaviours.rounds", "decisions", "goals", "sequences", "knowledge", "policies.train", "sides",
-           "situations.recognise", "trajectories.derive", "values.fitting", "values.models", "values.moments", "values.worths")
+_LOADED = ("arena", *(f"stages.{name}" for name in (
+    "behaviours.rounds", "decisions", "goals", "sequences", "knowledge", "policies.train", "sides", "situations.recognise",
+    "trajectories.derive", "values.fitting", "values.models", "values.moments", "values.worths")))
 
 
 def main() -> None:
     """Answer lines until there are no more."""
     for name in _LOADED:
-        importlib.import_module(f"pipeline.{name}")
+        importlib.import_module(f"pitchlore.pipeline.{name}")
     print("ready", flush=True)
     warnings.simplefilter("ignore", DeprecationWarning)  # polars' threads have not started
     for line in sys.stdin:
