@@ -221,7 +221,7 @@ def test_foxglove() -> None:
     assert counted["/log"] == situations.height + content().log.referee.height
     assert drawn["cylinders"] == drawn["arrows"] == 6 * counted["/bodies"]
     assert drawn["spheres"] == counted["/bodies"]
-    assert drawn["lines"] == 5
+    assert drawn["lines"] == 7
     assert not alive  # the last situations end
     frames = content().log.frames
     for i in range(0, len(frames), 80):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from markupsafe import Markup, escape
 
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.game.pitch import MARKINGS, Pitch
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: Cells of a heat map along and across the pitch.
@@ -90,7 +90,7 @@ def on_pitch(
     if under is not None:
         parts.append(under)
     parts.append(Markup('<path class="chalk" d="M0 {:.4g}V{:.4g}"/>').format(-y, y))
-    parts.append(Markup('<circle class="chalk" r="{:.4g}"/>').format(0.09 * pitch.length))
+    parts.append(Markup('<circle class="chalk" r="{:.4g}"/>').format(MARKINGS[pitch.kind].circle))
     parts += [Markup('<path class="goal" d="M{:.4g} {:.4g}h{:.4g}v{:.4g}h{:.4g}"/>').format(
         side * x, -pitch.goal_width / 2, side * depth, pitch.goal_width, -side * depth) for side in (-1, 1)]
     parts += _drawn(marks, unit)
