@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from pitchlore.pipeline.engine import run as engine
-from pitchlore.pipeline.engine.matches import Recording
 from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 from pitchlore.pipeline.store import Store
 

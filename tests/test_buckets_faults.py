@@ -16,7 +16,7 @@ pytest.importorskip("obstore", reason="the extra bucket is not installed")
 from support.bucket_stores import ROUNDS, brought, made, plain, work
 
 from pitchlore.pipeline.base.errors import StorageFailed
-from pitchlore.pipeline.engine.matches import inbox
+from pitchlore.pipeline.engine.recordings import inbox
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.store import Store, buckets, mirrors
 

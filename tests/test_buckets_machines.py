@@ -23,7 +23,8 @@ pytest.importorskip("obstore", reason="the extra bucket is not installed")
 from support.bucket_stores import ROUNDS, between, made, plain, work
 
 from pitchlore.pipeline.base.errors import NotFound, Overtaken
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.verify import verify_all
 
 pytest_plugins = ["support.bucket_fixtures"]

@@ -29,11 +29,11 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
 from pitchlore.pipeline.engine.evaluations import evaluate
-from pitchlore.pipeline.engine.matches import Recording
 from pitchlore.pipeline.engine.placement import cluster
 from pitchlore.pipeline.engine.placement.identity import identity
 from pitchlore.pipeline.engine.placement.places import executors_at, place_of
 from pitchlore.pipeline.engine.record import record_match
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.run import import_recordings
 from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.tasks import spread

@@ -15,7 +15,8 @@ from pitchlore.pipeline.engine import matches as flow
 from pitchlore.pipeline.engine.catalog import catalog_path, forget_match, refresh
 from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.settings import Settings

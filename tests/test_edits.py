@@ -16,7 +16,8 @@ from support.idle import nothing_new
 
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.chain import Chain
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit

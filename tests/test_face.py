@@ -21,7 +21,8 @@ from support.sessions import once
 
 import pitchlore
 from pitchlore.pipeline.base.errors import BadQuery, BadRecording, BadSettings, NotFound
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import TableOf

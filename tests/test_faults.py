@@ -31,8 +31,9 @@ from pitchlore.flows.server import REPLY_S, Keeper, ServerFailed, database, trou
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
 from pitchlore.pipeline.engine import catalog, matches
 from pitchlore.pipeline.engine.catalog import refresh, refresh_into
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings
 from pitchlore.pipeline.store import Store, locks

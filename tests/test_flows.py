@@ -27,7 +27,8 @@ from pitchlore.flows.run import (
 from pitchlore.pipeline import matches as log_format
 from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
 from pitchlore.pipeline.engine.catalog import catalog_path
-from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording, inbox
 from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import (

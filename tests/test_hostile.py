@@ -29,8 +29,9 @@ from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.isolated import _answer, read_isolated
-from pitchlore.pipeline.engine.matches import Recording, import_recording, inbox, strangers
+from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.recordings import Recording, inbox, strangers
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.face.league import League

@@ -25,7 +25,8 @@ from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers import packing, readers, source
 from pitchlore.pipeline.importers.football.providers import PROVIDERS
 from pitchlore.pipeline.importers.readers import READERS, open_source, read

@@ -16,7 +16,8 @@ from support.football import NEEDS_KLOPPY, RECORDINGS, shipped
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording, NotFound
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 from pitchlore.pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
 
 CSV = "Nr;ms;who;no;px;py\n" + "".join(

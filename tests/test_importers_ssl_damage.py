@@ -20,7 +20,8 @@ from support.ssl_long import HZ, long_log
 from support.ssl_messages import Message, Seen, Team, log
 
 from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers import packing
 from pitchlore.pipeline.importers.readers import READERS, open_source, read
 from pitchlore.pipeline.importers.ssl_logs.survey import survey

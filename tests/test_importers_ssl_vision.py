@@ -12,7 +12,8 @@ from support.ssl_games import EPOCH, GEOMETRY, STEP, flaws, frames, match, ns, o
 from support.ssl_messages import TRACKER, VISION_2010, Message, Seen, Tracked
 
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.store import Store

@@ -9,8 +9,9 @@ from conftest import clip
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.engine.matches import Recording, import_recording, read_match
+from pitchlore.pipeline.engine.matches import import_recording, read_match
 from pitchlore.pipeline.engine.memory import MemoryInputs
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Per, Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.importers.readers import open_source

@@ -16,8 +16,9 @@ from support.football import NEEDS_KLOPPY
 from usual.study import rates_of, situations_of
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recognised import with_recognition
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.stages.situations.rules import TABLE_1

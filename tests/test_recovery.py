@@ -12,7 +12,8 @@ from conftest import clip, fill, run
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import Recording, import_recording, with_map
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording, with_map
 from pitchlore.pipeline.engine.run import make_stage, make_version
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import (

@@ -15,7 +15,8 @@ from support.league import HOSTILE, bring, serious
 from support.recordings import INSPER, RSIM, imported
 
 from pitchlore.flows.cli import main
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.matches.table import row as matches_row
 from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings

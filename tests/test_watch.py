@@ -27,7 +27,7 @@ from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 from pitchlore.flows.cli import main
 from pitchlore.flows.commands.addresses import addressed
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
-from pitchlore.pipeline.engine.matches import WATCHING, inbox, useless
+from pitchlore.pipeline.engine.recordings import WATCHING, inbox, useless
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
 from pitchlore.pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen

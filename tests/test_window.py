@@ -289,7 +289,8 @@ class TestPlay:
 
     def test_log_elsewhere(self, monkeypatch, capsys, tmp_path):
         """The log of a match can be imported into another data folder."""
-        from pitchlore.pipeline.engine.matches import Recording, import_recording
+        from pitchlore.pipeline.engine.matches import import_recording
+        from pitchlore.pipeline.engine.recordings import Recording
 
         script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
         report, store, receipt, match = played(capsys, tmp_path / "here")
@@ -327,7 +328,7 @@ class TestPlay:
 
     def test_broken_off(self, monkeypatch, capsys, tmp_path):
         """An error that breaks the match off leaves its log for the next run."""
-        from pitchlore.pipeline.engine.matches import inbox
+        from pitchlore.pipeline.engine.recordings import inbox
 
         def due(_):
             raise RuntimeError("the screen is gone")

@@ -23,9 +23,9 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
-from pitchlore.pipeline.engine.matches import with_map
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import record
+from pitchlore.pipeline.engine.recordings import with_map
 from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League

@@ -13,9 +13,9 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
-from pitchlore.pipeline.engine.matches import Recording, with_map
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.recordings import Recording, with_map
 from pitchlore.pipeline.engine.run import import_recordings
 from pitchlore.pipeline.importers.football.providers import PROVIDERS, provider_of
 from pitchlore.pipeline.importers.readers import FORMATS

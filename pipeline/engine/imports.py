@@ -5,16 +5,10 @@ from typing import NamedTuple
 
 from pitchlore.pipeline.engine.arrivals import Arrivals, stamps_of
 from pitchlore.pipeline.engine.lacking import remarks
-from pitchlore.pipeline.engine.matches import (
-    Recording,
-    inbox,
-    standing,
-    strangers,
-    take_in,
-    useless,
-)
+from pitchlore.pipeline.engine.matches import standing, take_in
 from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import StageReport
+from pitchlore.pipeline.engine.recordings import Recording, inbox, strangers, useless
 from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store

@@ -12,7 +12,8 @@ from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.digests import fingerprint
 from pitchlore.pipeline.base.errors import PitchloreError
-from pitchlore.pipeline.engine.matches import PLAYING, keep
+from pitchlore.pipeline.engine.matches import keep
+from pitchlore.pipeline.engine.recordings import PLAYING
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.store import Store

@@ -22,11 +22,11 @@ from pitchlore.pipeline.engine.history import LOG, noted
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.lacking import lacking
 from pitchlore.pipeline.engine.making import Outcome, make
-from pitchlore.pipeline.engine.matches import Recording
 from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.placement.pieces import Failure
 from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.progress import RunReport, StageReport, listener
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Output, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tasks import carried_out, runner
@@ -177,7 +177,7 @@ def perform(
     outputs = {output.name: output for output in todo}
     path = executors.get().path
     root, suspect = path(store.root), frozenset(map(path, store.suspect))
-    for name, result in carried_out(_leg(counts), make, {
+    for name, result in carried_out(_group_name(counts), make, {
         name: {"data": root, "nouns": nouns[output], "output": output, "settings": settings,
                "scope": scope.of(output), "suspect": suspect}
         for name, output in outputs.items()
@@ -210,7 +210,7 @@ def _emitted(data: Path, noun: str, settings: BaseModel, scope: Scope) -> tuple[
         return manifest.version, new, spent()
 
 
-def _leg(nouns: Iterable[str]) -> str:
+def _group_name(nouns: Iterable[str]) -> str:
     """The name of a stage group: its first stage, and its last."""
     first, *others = nouns
     return f"{first} to {others[-1]}" if others else first

@@ -249,7 +249,7 @@ class League:
             >>> pitchlore.open("league").run(train=False).failures
             {}
         """
-        from pitchlore.pipeline.engine.matches import with_map  # noqa: PLC0415 (loaded when asked for)
+        from pitchlore.pipeline.engine.recordings import with_map  # noqa: PLC0415 (loaded when asked for)
         from pitchlore.pipeline.engine.run import run  # noqa: PLC0415 (loaded when asked for)
 
         limits = settings.imports if isinstance(settings, RunSettings) else ImportSettings()

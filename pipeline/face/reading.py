@@ -10,9 +10,10 @@ from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, varied
 from pitchlore.pipeline.arena.match.sides import team_of
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import fitted
-from pitchlore.pipeline.engine.matches import Recording, read_dataset, read_recording, with_map
+from pitchlore.pipeline.engine.matches import read_dataset, read_recording
 from pitchlore.pipeline.engine.memory import MemoryInputs
 from pitchlore.pipeline.engine.record import in_memory
+from pitchlore.pipeline.engine.recordings import Recording, with_map
 from pitchlore.pipeline.face.match import Match
 from pitchlore.pipeline.settings import ImportSettings, RunSettings, Settings
 

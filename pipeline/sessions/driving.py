@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pitchlore.pipeline.engine.interrupt import until_stopped
-from pitchlore.pipeline.engine.matches import INBOX, PLAYING
+from pitchlore.pipeline.engine.recordings import INBOX, PLAYING
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName, channels

@@ -14,10 +14,10 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.games import LEFT, NOUN, Turn, learn_from_game, next_of, play_game, store_of
-from pitchlore.pipeline.engine.matches import PLAYING
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import match_log, recorded
+from pitchlore.pipeline.engine.recordings import PLAYING
 from pitchlore.pipeline.sessions.person import PersonMatch
 from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pitchlore.pipeline.engine.interrupt import until_stopped
-from pitchlore.pipeline.engine.matches import INBOX, WATCHING
+from pitchlore.pipeline.engine.recordings import INBOX, WATCHING
 from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
 from pitchlore.pipeline.importers.packets.streams import LeagueName, Stream
 from pitchlore.pipeline.live.screening import Screen

@@ -13,7 +13,8 @@ import pytest
 from conftest import SAMPLE
 from support.receipts import put_receipt, receipt_at
 
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings

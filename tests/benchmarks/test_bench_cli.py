@@ -14,7 +14,8 @@ from conftest import SAMPLE, clip
 from support.processes import COMMAND_LINE
 
 from pitchlore.flows.server import Keeper
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
 
 #: Ends the process where its first task would begin.

@@ -15,8 +15,9 @@ from pitchlore.pipeline.engine.catalog import forget_match, refresh
 from pitchlore.pipeline.engine.costs import Spent
 from pitchlore.pipeline.engine.games import Turn, done, take_game
 from pitchlore.pipeline.engine.making import Outcome, make
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import bring_up_to_date

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from support import at_once
 
-from pitchlore.pipeline.engine.matches import Recording, import_recording
+from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 
