@@ -202,7 +202,7 @@ peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on t
 	$(BIN)/python data/studies/peers/study.py $(STUDY_DATA)
 
 check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments, and its trainings (`make test` skips them: they need torch)
-	$(VENV)-sb3/bin/python -m pytest tests/test_env.py tests/test_peers_study.py
+	$(VENV)-sb3/bin/python -m pytest tests/test_env.py tests/studies/test_peers_study.py
 
 $(VENV)-sb3/.ready: requirements-dev.lock data/studies/peers/sb3.txt
 	$(PYTHON) -m venv --clear $(VENV)-sb3
