@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
-import subprocess
-import sys
 from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.by_attribute import body_by_body
 from world.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
@@ -379,34 +376,9 @@ class TestBorders:
         assert outside(track[..., :2], PITCHES[kind]) < 0
 
 
-FRESH = """
-import hashlib, numpy as np
-from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.arena.physics.arena import Arena
-arena, rng = Arena(PITCHES[Kind.VSSS], 3), np.random.default_rng(7)
-digest = hashlib.sha256()
-for _ in range(15):
-    wheels = rng.uniform(-1.2, 1.2, (6, 2))
-    for _ in range(24):
-        digest.update(arena.frame(wheels).tobytes())
-print(digest.hexdigest())
-"""
 
 
 class TestSameAgain:
-    @pytest.mark.slow
-    def test_fresh_process(self):
-        """Equal commands give equal bytes in this process and in a fresh one."""
-        digests = []
-        for _ in range(2):
-            arena, rng, digest = Arena(VSSS, 3), np.random.default_rng(7), hashlib.sha256()
-            for _ in range(15):
-                wheels = rng.uniform(-1.2, 1.2, (6, 2))
-                for _ in range(24):
-                    digest.update(arena.frame(wheels).tobytes())
-            digests.append(digest.hexdigest())
-        fresh = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
-        assert digests == [fresh.stdout.strip()] * 2
 
     def test_placing(self):
         """The state before placing does not matter."""
@@ -465,6 +437,7 @@ class TestContract:
         assert not bodies[:, VX:].any()
 
     @given(st.floats(-1e4, 1e4))
+    @example(-math.pi)
     @settings(deadline=None)
     def test_wrapped_angles(self, theta):
         """Angles are wrapped into half a turn either way."""
@@ -474,13 +447,6 @@ class TestContract:
         assert -math.pi < bodies[1, THETA] <= math.pi
         assert math.sin(bodies[1, THETA] - theta) == pytest.approx(0, abs=1e-9)
         assert math.cos(bodies[1, THETA] - theta) == pytest.approx(1)
-
-    def test_minus_half_turn(self):
-        """Minus half a turn is given as half a turn."""
-        state, bodies = np.zeros((3, 6)), np.zeros((3, 6))
-        state[1:, THETA] = -math.pi, math.pi
-        publish(state, bodies)
-        assert bodies[1:, THETA].tolist() == [math.pi, math.pi]
 
     def test_bad_places(self):
         """Placing refuses another shape and what is no number."""
