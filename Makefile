@@ -48,8 +48,8 @@ $(READY): $(PRODUCT) requirements-dev.lock
 # Installs a lock and counts its packages meanwhile; what pip says is shown where it fails.
 install = echo "$(1): $$(grep -c '^[a-z0-9]' $(1)) packages into $(VENV)"; rm -f $(VENV)/.whole; \
 	{ $(PIP) --progress-bar off --require-hashes --requirement $(1) 2>&1 && touch $(VENV)/.whole; } | \
-	tee $(VENV)/pip.log | awk '/^Collecting/ { printf "\r  %d read", ++read; fflush() } \
-	  /^Installing/ { printf ", now written"; fflush() } END { print "" }'; \
+	tee $(VENV)/pip.log | awk '/^Collecting/ && ++read % 20 == 0 { printf " %d", read; fflush() } \
+	  /^Installing/ { printf " read, now written"; fflush() } END { print "" }'; \
 	test -e $(VENV)/.whole || { tail -n 20 $(VENV)/pip.log; exit 1; }
 
 # What others wrote to check us against, in an environment of its own: these packages need an old protobuf.

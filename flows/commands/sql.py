@@ -5,6 +5,7 @@ from __future__ import annotations
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
 from pitchlore.flows.commands.printing import console, print_csv, print_frame, print_json
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.face.league import League
 
 #: Rows of an answer that are laid out for people: a table of millions would take all memory.
@@ -48,4 +49,4 @@ def sql(
         if shown.height < frame.height:
             console().print(f"the first {MOST_ROWS:,} of {frame.height:,} rows; --json or --csv prints all")
         elif not tables:
-            console().print(f"{frame.height} rows")
+            console().print(number_of(frame.height, "row"))
