@@ -8,17 +8,13 @@ import re
 import polars as pl
 import pytest
 from golden.cases import _log
-from support.handmade import handmade
+from support.handmade import derived, handmade
 from support.logs import referee_rows
 from support.scenes import film, goes, stands
 
-from pitchlore.pipeline import matches
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.settings import EventSettings, Settings
+from pitchlore.pipeline.settings import EventSettings
 from pitchlore.pipeline.stages.events.derive import events as found_in
-from pitchlore.pipeline.stages.goals import attribute
-from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
 from pitchlore.pipeline.views.commentary.moments import of_the_referee
 from pitchlore.pipeline.views.commentary.spells import spells
@@ -266,13 +262,7 @@ def test_words():
 
 @functools.cache
 def recorded():
-    log, settings = _log(0.0, 60.0), Settings()
-    bodies, _ = trajectories(log, settings.trajectories)
-    found = recognise(bodies, log.info.pitch, settings.situations)
-    goals = attribute(log.referee, bodies, found, log.info.pitch, settings.goals)
-    held, passed, shot = events_of(bodies, log.referee)
-    return {"matches": matches.row(log), "referee": log.referee, "goals": goals, "situations": found,
-            "trajectories": bodies, "possession": held, "passes": passed, "shots": shot}
+    return derived(_log(0.0, 60.0))
 
 
 def test_recording():

@@ -14,17 +14,13 @@ import polars as pl
 import pytest
 from mcap.reader import make_reader
 from support.football import NEEDS_KLOPPY
-from support.handmade import handmade
+from support.handmade import derived, handmade
 from support.tracking import read
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import Heights, MatchLog
-from pitchlore.pipeline.settings import EventSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.stages.events.derive import events
 from pitchlore.pipeline.stages.events.restarts import kind_of
-from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import ExportedMatch
 from pitchlore.pipeline.views.exports.formats import FORMATS
@@ -42,10 +38,7 @@ def content() -> ExportedMatch:
 
     match = read(clip(0.0, SECONDS).write_csv())
     match = replace(match, heights=Heights(match.frames.t_ns[100:101], np.float32([0.25])))
-    bodies, _ = trajectories(match, TrajectorySettings())
-    found = events(bodies, match.referee, match.info.pitch, EventSettings())
-    done = recognise(bodies, match.info.pitch, SituationSettings())
-    return ExportedMatch(handmade(log=match, trajectories=bodies, situations=done, possession=found.possession))
+    return ExportedMatch(handmade(log=match, **derived(match)))
 
 
 def same_places(one: MatchLog, two: MatchLog, atol: float = 0.0) -> None:

@@ -7,12 +7,8 @@ from functools import cache
 import polars as pl
 import pytest
 from conftest import ROOT
+from support.handmade import derived
 from support.recordings import RCSS, RSIM, SSL, read, recording
-
-from pitchlore.pipeline.settings import GoalSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.stages.goals import attribute
-from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 VERDICTS = pl.read_csv(ROOT / "data" / "studies" / "labels" / "goals.csv")
 PLAYED = ("static-static.mcap", "static-human-like.mcap")
@@ -28,11 +24,8 @@ def attributed(name: str) -> pl.DataFrame:
     else:
         data = recording(name)
     log = read(data, name)
-    table, _ = trajectories(log, TrajectorySettings())
-    found = attribute(
-        log.referee, table, recognise(table, log.info.pitch, SituationSettings()), log.info.pitch, GoalSettings())
     other = pl.col("team").replace({"home": "away", "away": "home"})
-    ours = found.select(
+    ours = derived(log)["goals"].select(
         "t_ns", "robot", pl.col("kind").cast(pl.String), of=pl.when(pl.col("kind") == "error").then(
             other.cast(pl.String)).otherwise(pl.col("team").cast(pl.String)))
     return VERDICTS.filter(pl.col("recording") == name).join(ours, on="t_ns", validate="1:1")

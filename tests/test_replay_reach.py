@@ -8,33 +8,26 @@ from pathlib import Path
 import polars as pl
 import pytest
 from axe_core_python.sync_playwright import Axe
-from support.handmade import handmade
+from support.handmade import derived, handmade
 from support.recordings import INSPER, SSL, imported
 from test_replay import MS, make
 from test_replay import trajectories as samples
 from test_replay_finds import replay, shown  # noqa: F401 (fixtures)
 
-from pitchlore.pipeline.matches.table import row as matches_row
-from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.stages.events.derive import events
-from pitchlore.pipeline.stages.goals import attribute as goals
-from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.commentary import commentary
 from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.schemas import Goals, Referee
+
+#: Play that stops from 0.4 to 0.9 s.
+STOPPAGE = samples([
+    (t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
+    for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))])
 
 
 def whole(name: str, folder: Path) -> str:
     """Address of the stand-alone page of a recording, with all that is made from it."""
     log = imported(name)
-    pitch, (table, _) = log.info.pitch, trajectories(log, TrajectorySettings())
-    done = recognise(table, pitch, SituationSettings())
-    scored = goals(log.referee, table, done, pitch, GoalSettings())
-    held, passed, shot, *_ = events(table, log.referee, pitch, EventSettings())
-    row = matches_row(log)
-    match = handmade(pitch, matches=row, referee=log.referee, goals=scored, situations=done, trajectories=table,
-                  possession=held, passes=passed, shots=shot)
+    match = handmade(log.info.pitch, **derived(log))
     path = folder / "replay.html"
     path.write_text(replay_page(match, reported=commentary(match).sentences()))
     return path.as_uri()
@@ -119,10 +112,8 @@ def test_words_behind_the_pitch(replay, page):  # noqa: F811
 @pytest.mark.slow
 def test_banner_of_a_goal(page, tmp_path):
     """A goal's banner is there while its stoppage lasts, not over the play that follows, nor where a clip begins later."""
-    rows = [(t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
-            for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))]
     goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct", "referee", None)], schema=Goals.dtypes(), orient="row")
-    (tmp_path / "replay.html").write_text(make(samples(rows), goals=goals))
+    (tmp_path / "replay.html").write_text(make(STOPPAGE, goals=goals))
     page.add_init_script("window.drawn = []; const fill = CanvasRenderingContext2D.prototype.fillText;"
                          "CanvasRenderingContext2D.prototype.fillText = function (text, ...at) { drawn.push(text); fill.call(this, text, ...at); }")
     for t, banner in ((0.6, True), (1.0, False), (0.3, False)):
@@ -140,13 +131,11 @@ def test_banner_of_a_goal(page, tmp_path):
 @pytest.mark.parametrize("known", [True, False])
 def test_score_that_nobody_knows(page, tmp_path, known):
     """A score that nobody reported is "? : ?" all along, also beside a goal that was found; one that is reported is shown."""
-    rows = [(t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
-            for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))]
     goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct", "ball", 0.95)], schema=Goals.dtypes(), orient="row")
     scores = ((0, 0), (1, 0)) if known else ((None, None), (None, None))
     referee = pl.DataFrame([("m-1", t * MS, event, team, *score, None) for (t, event, team), score in zip(
         ((0, "play", None), (450, "goal", "home")), scores, strict=True)], schema=Referee.dtypes(), orient="row")
-    (tmp_path / "replay.html").write_text(make(samples(rows), goals=goals, referee=referee))
+    (tmp_path / "replay.html").write_text(make(STOPPAGE, goals=goals, referee=referee))
     for t, reported in ((0.2, "0 : 0"), (1.0, "1 : 0")):
         page.goto("about:blank")
         page.goto(f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")

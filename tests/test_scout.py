@@ -5,33 +5,28 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from html import unescape
 
 import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
-from support.handmade import handmade
-from support.league import HOSTILE, bring, serious
+from support.handmade import derived, handmade
+from support.league import HOSTILE, bring, gallery, serious
 from support.recordings import INSPER, RSIM, imported
 
-from pitchlore.flows.cli import main
+from pitchlore.pipeline.engine.catalog import forget_match
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.table import row as matches_row
-from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
-from pitchlore.pipeline.stages.events.derive import events
-from pitchlore.pipeline.stages.goals import attribute as goals
-from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.replay import page as replay_page
+from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.sources import team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
 from pitchlore.pipeline.views.scout.facts import by_lead, over_matches
 from pitchlore.pipeline.views.scout.gallery import clips, ranked
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
-from pitchlore.schemas import Situations
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -114,11 +109,7 @@ def test_one_match_has_no_interval():
 
 def test_by_lead():
     """Time, possession, shots and losses belong to the score at their beginning, for each side."""
-    log = imported(RSIM)
-    table, _ = trajectories(log, TrajectorySettings())
-    found = events(table, log.referee, log.info.pitch, EventSettings())
-    scored = goals(log.referee, table, Situations.empty(), log.info.pitch, GoalSettings())
-    reported = handmade(matches=matches_row(log), referee=log.referee, trajectories=table, goals=scored, **found._asdict())
+    reported = handmade(**derived(imported(RSIM)))
     both = by_lead(reported)
     assert sum(it.seconds for it in both["home"].values()) == pytest.approx(reported.matches["duration_s"][0], abs=0.01)
     for name, other in (("leads", "trails"), ("level", "level"), ("trails", "leads")):
@@ -144,18 +135,29 @@ def test_teams_are_told_apart():
 
 
 def test_links_lead_somewhere(pages):
-    """Each address on each page is a file that is there."""
-    root = pages.first.parent
-    for page in root.rglob("*.html"):
-        if page.parent.name != "replays":
-            for link in re.findall(r'(?:href|src)="([^"]*)"', page.read_text()):
-                assert (page.parent / link.partition("#")[0]).exists(), f"{page}: {link}"
+    """Each address on each page is a file that is there; between maps, galleries and graphs, a place that is there."""
+    texts = {path: path.read_text() for path in pages.first.parent.rglob("*.html") if path.parent.name != "replays"}
+    ids = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in texts.items()
+           if path.parent.name in ("maps", "behaviours")}
+    places = 0
+    for page, text in texts.items():
+        for link in re.findall(r'(?:href|src)="([^"]*)"', text):
+            name, _, place = link.partition("#")
+            target = (page.parent / name).resolve() if name else page
+            assert target.exists(), f"{page}: {link}"
+            if place and page in ids and target in ids:
+                assert unescape(place) in ids[target], f"{page}: {link}"
+                places += 1
+    assert places > 50
 
 
 def test_nothing_but_text(pages):
-    """No page shows an object of Python's in place of a text."""
+    """No page shows an object of Python's in place of a text; a team's name is text on every page."""
     for found in pages.first.parent.rglob("*.html"):
-        assert not re.search(r"object at 0x|\bnan\b|>None<", found.read_text()), found
+        text = found.read_text()
+        assert not re.search(r"object at 0x|\bnan\b|>None<", text), found
+        assert HOSTILE not in text
+    assert "&lt;script&gt;" in pages.first.read_text()
 
 
 def test_numbers_are_those_of_the_tables(store, pages):
@@ -174,32 +176,20 @@ def test_numbers_are_those_of_the_tables(store, pages):
         assert row.split("<td>")[:2] == [str(counts.count(side)) for side in ("home", "away")]
 
 
-def test_names_are_text(pages):
-    """A team's name is text on every page."""
-    for page in pages.first.parent.rglob("*.html"):
-        assert HOSTILE not in page.read_text()
-    assert "&lt;script&gt;" in pages.first.read_text()
-
-
-@pytest.mark.slow
 def test_what_stands_is_kept(store, tmp_path):
-    """A second call writes nothing; a new match has its pages written, and those of the others stand."""
-    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
-    own = Store(tmp_path / "data")
-    first, second = write_pages(own), write_pages(own)
-    assert (first.kept, second.new, second.kept) == (0, 0, first.new)
-    match = next(iter(own.receipts("matches"))).name
-    (tmp_path / "data" / "scout" / "matches" / f"{match}.html").unlink()
+    """A call writes nothing where all pages stand, and one that is missing."""
+    own = Store(shutil.copytree(store.root, tmp_path / "data"))
+    found = write_pages(own)
+    assert found.new == 0 < found.kept
+    next((own.root / "scout" / "matches").iterdir()).unlink()
     assert write_pages(own).new == 1, "what is missing is written again"
 
 
 @pytest.mark.slow
-def test_one_more_match(store, tmp_path):
-    """A match of teams that are known leaves the pages of the other matches, whatever was learned from it."""
-    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
-    own = Store(tmp_path / "data")
-    write_pages(own)
-    pages = tmp_path / "data" / "scout"
+def test_matches_come_and_go(store, tmp_path):
+    """A match of teams that are known leaves the pages of the other matches, whatever was learned from it; one that is forgotten takes its own along."""
+    own = Store(shutil.copytree(store.root, tmp_path / "data"))
+    pages = own.root / "scout"
     before = {path: path.stat().st_mtime_ns for folder in ("matches", "data", "replays") for path in (pages / folder).iterdir()}
     clip(290.0, 350.0).write_parquet(tmp_path / "three.parquet")
     import_recording(own, Recording(file=tmp_path / "three.parquet"))
@@ -208,15 +198,20 @@ def test_one_more_match(store, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in before} == before
     assert len(list((pages / "matches").iterdir())) == 3
     assert "knowledge version 2" in next((pages / "behaviours").iterdir()).read_text()
+    match = next(iter(own.receipts("matches"))).name
+    forget_match(own, match)
+    write_pages(own)
+    assert not list(pages.rglob(f"{match}*"))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("said", ["{", "[]", "3", '{"facts": 3, "index.html": 5}', '{"facts": {"x": 3}}'])
+@pytest.mark.parametrize("said", ["{", "[]", "3", '{"facts": 3, "index.html": "k"}', '{"facts": {"index.html": 3}}'])
 def test_list_of_pages_is_broken(store, tmp_path, said):
     """Where the list of pages cannot be read, all are written again."""
-    (tmp_path / "pages").mkdir()
-    (tmp_path / "pages" / ".pages.json").write_text(said)
-    assert write_pages(store, tmp_path / "pages").kept == 0
+    (tmp_path / "index.html").touch()
+    (tmp_path / ".pages.json").write_text(said)
+    folder = Folder(store, tmp_path)
+    assert folder.missing({"index.html": "k"}) == ["index.html"]
+    assert folder.known("index.html", "k") is None
 
 
 def test_list_of_pages_is_hostile(store, tmp_path):
@@ -227,62 +222,41 @@ def test_list_of_pages_is_hostile(store, tmp_path):
         path.touch()
     (tmp_path / "pages" / ".pages.json").write_text(json.dumps({
         "facts": {}, "../mine.html": "x", str(mine): "x", "matches/../../mine.html": "x", "matches/gone.html": "x"}))
-    write_pages(store, tmp_path / "pages")
+    Folder(store, tmp_path / "pages").close()
     assert mine.exists()
     assert not gone.exists()
 
 
 @pytest.mark.slow
-def test_gone_with_its_match(store, tmp_path):
-    """The pages of a match that is forgotten go."""
-    from pitchlore.pipeline.engine.catalog import forget_match
-
-    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
-    own = Store(tmp_path / "data")
-    write_pages(own)
-    match = next(iter(own.receipts("matches"))).name
-    forget_match(own, match)
-    write_pages(own)
-    assert not list((tmp_path / "data" / "scout").rglob(f"{match}*"))
-
-
-@pytest.mark.slow
-def test_command(store, tmp_path, capsys):
+def test_command(store, tmp_path, call):
     """The command writes where it is reported, and says what it wrote."""
-    with pytest.raises(SystemExit) as stopped:
-        main(["scout", "--data", str(store.root), "--out", str(tmp_path / "pages")])
-    assert stopped.value.code == 0
-    assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", capsys.readouterr().out.replace("\n", ""))
+    code, out, _ = call("scout", "--data", store.root, "--out", tmp_path / "pages")
+    assert code == 0
+    assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", out.replace("\n", ""))
 
 
 @pytest.mark.slow
-def test_after_a_run(tmp_path, capsys):
+def test_after_a_run(tmp_path, call):
     """Where the settings say so, a run brings the pages up to date; a page that cannot be written is one failure."""
-    (tmp_path / "data" / "inbox").mkdir(parents=True)
-    clip(0.0, 40.0).write_csv(tmp_path / "data" / "inbox" / "derby.csv")
-    settings = tmp_path / "settings.toml"
+    data, settings = tmp_path / "data", tmp_path / "settings.toml"
+    (data / "inbox").mkdir(parents=True)
+    clip(0.0, 20.0).write_csv(data / "inbox" / "derby.csv")
     settings.write_text("[scout]\nrefresh = true\n")
-    words = ["run", "--data", str(tmp_path / "data"), "--settings", str(settings)]
-    for code in (0, 0):
-        with pytest.raises(SystemExit) as stopped:
-            main(words)
-        assert stopped.value.code == code
-        assert len(list((tmp_path / "data" / "scout" / "matches").iterdir())) == 1
-        shutil.rmtree(tmp_path / "data" / "scout")
-    (tmp_path / "data" / "scout").touch()
-    with pytest.raises(SystemExit) as stopped:
-        main(words)
-    assert stopped.value.code == 1
-    reported = capsys.readouterr()
-    assert "scout pages" in " ".join((reported.out + reported.err).split())
+    words = ["run", "--data", data, "--settings", settings]
+    for _ in range(2):
+        assert call(*words)[0] == 0
+        assert len(list((data / "scout" / "matches").iterdir())) == 1
+        shutil.rmtree(data / "scout")
+    (data / "scout").touch()
+    code, out, err = call(*words)
+    assert code == 1
+    assert "scout pages" in " ".join((out + err).split())
 
 
-def test_nothing_has_run(tmp_path, capsys):
+def test_nothing_has_run(tmp_path, call):
     """Without a match there is one line."""
     (tmp_path / "inbox").mkdir()
-    with pytest.raises(SystemExit):
-        main(["scout", "--data", str(tmp_path)])
-    assert "no match has run" in capsys.readouterr().err
+    assert "no match has run" in call("scout", "--data", tmp_path)[2]
 
 
 # ---- in a browser
@@ -294,14 +268,13 @@ def test_every_page_opens(pages, page):
     for found in sorted(pages.first.parent.rglob("*.html")):
         page.goto(found.as_uri())
         assert page.title() != "taken"
-        page.wait_for_timeout(100)
+        page.wait_for_timeout(50)
 
 
 @pytest.mark.slow
 def test_clips_play(pages, page):
     """A clip that is seen plays, stops when it is clicked, and others that are not seen load nothing."""
-    gallery = next(found for found in sorted((pages.first.parent / "behaviours").iterdir()) if "data-match" in found.read_text())
-    page.goto(gallery.as_uri())
+    page.goto(gallery(pages).as_uri())
     canvas = page.locator(".clip[data-ready] canvas").first
     canvas.wait_for(timeout=20_000)
     pixels = "canvas => canvas.toDataURL()"
@@ -336,8 +309,7 @@ def test_tables_sort_and_filter(pages, page):
 @pytest.mark.slow
 def test_order_of_the_gallery(pages, page):
     """The gallery is by evidence, and by what else is chosen."""
-    gallery = next(found for found in sorted((pages.first.parent / "behaviours").iterdir()) if "data-match" in found.read_text())
-    page.goto(gallery.as_uri())
+    page.goto(gallery(pages).as_uri())
     numbers = "(cards, by) => cards.map(card => Number(card.dataset[by]))"
     cards = page.locator(".card")
     assert cards.count() > 3
@@ -373,11 +345,7 @@ def test_jumps_in_a_replay(pages, page):
 def test_eleven_a_side(page, tmp_path):
     """With eleven robots a side, all time lines and the list of goals fit a small screen."""
     log = imported(INSPER)
-    table, _ = trajectories(log, TrajectorySettings())
-    done = recognise(table, log.info.pitch, SituationSettings())
-    shown = replay_page(handmade(
-        log.info.pitch, matches=matches_row(log), trajectories=table, situations=done, referee=log.referee))
-    (tmp_path / "replay.html").write_text(shown)
+    (tmp_path / "replay.html").write_text(replay_page(handmade(log.info.pitch, **derived(log))))
     page.goto((tmp_path / "replay.html").as_uri())
     page.wait_for_function("document.getElementById('timeline').clientHeight > 100")
     box = page.locator("#timeline").bounding_box()
@@ -387,12 +355,15 @@ def test_eleven_a_side(page, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
-    """axe finds nothing serious, in both colour schemes."""
+    """axe finds nothing serious, in both colour schemes, with a node of the ring chosen."""
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-    for name in ("index.html", "situations.html", *(
-            str(next((pages.first.parent / folder).glob("*.html")).relative_to(pages.first.parent))
-            for folder in ("matches", "teams", "behaviours", "against"))):
-        page.goto((pages.first.parent / name).as_uri())
+    root = pages.first.parent
+    largest = max((root / "maps").glob("*.html"), key=lambda path: path.stat().st_size)
+    for found in (root / "index.html", root / "situations.html", largest, *(
+            next((root / folder).glob("*.html")) for folder in ("matches", "teams", "behaviours", "against"))):
+        page.goto(found.as_uri())
+        if found == largest:
+            page.locator(".ring [data-place]").first.click()
         assert serious(page, scheme) == []
 
 
@@ -408,9 +379,11 @@ def test_report_prints(pages, page, tmp_path):
 
 @pytest.mark.slow
 def test_on_a_phone(pages, browser):
-    """Nothing is wider than a phone's screen."""
-    phone = browser.new_page(viewport={"width": 390, "height": 844})
-    for folder in (".", "matches", "teams", "behaviours", "against"):
-        phone.goto(next((pages.first.parent / folder).glob("*.html")).as_uri())
-        assert phone.evaluate("document.documentElement.scrollWidth") <= 390, folder
+    """Nothing is wider than a phone's screen, whatever is opened."""
+    phone, root = browser.new_page(viewport={"width": 390, "height": 844}), pages.first.parent
+    for found in (*(next((root / folder).glob("*.html")) for folder in (".", "matches", "teams", "behaviours", "against")),
+                  root / "words.html", *(root / "maps").iterdir()):
+        phone.goto(found.as_uri())
+        phone.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
+        assert phone.evaluate("document.documentElement.scrollWidth") <= 390, found
     phone.close()

@@ -6,6 +6,7 @@ import re
 
 import polars as pl
 import pytest
+from support.league import gallery
 from test_scout import text_of
 
 from pitchlore.pipeline.base.text import number_of
@@ -168,8 +169,7 @@ def test_panels_have_room(pages, page):
 def test_filters_say_what_is_left(pages, page):
     """Each filtered page says how many are shown, and says so if there are none."""
     root = pages.first.parent
-    cards = next(found for found in sorted((root / "behaviours").glob("*.html")) if "data-match" in found.read_text())
-    for found in (pages.first, cards, root / "situations.html"):
+    for found in (pages.first, gallery(pages), root / "situations.html"):
         page.goto(found.as_uri())
         said = page.locator(".shown[role=status]")
         assert re.fullmatch(r"(\d+) of \1 shown|\d+ of \d+ cards, \d+ of \d+ rows shown", said.inner_text())
@@ -186,8 +186,7 @@ def test_keys(pages, page):
     assert page.evaluate("document.activeElement.className") == "skip"
     page.keyboard.press("Enter")
     assert page.evaluate("document.activeElement.id") == "main"
-    found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
-    page.goto(found.as_uri())
+    page.goto(gallery(pages).as_uri())
     card = next(it for it in page.locator(".clips").all() if it.locator("canvas").count() > 2)
     assert card.locator('canvas[tabindex="0"]').count() == 1
     card.locator("canvas").first.focus()
@@ -204,12 +203,11 @@ def test_keys(pages, page):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_words_and_replays_on_a_phone(pages, browser, scheme):
-    """Nothing is wider than a phone, and the way back does not lie on the team's name."""
+def test_replays_on_a_phone(pages, browser, scheme):
+    """A replay is no wider than a phone, and the way back does not lie on the team's name."""
     phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
-    for found in (pages.first.parent / "words.html", next((pages.first.parent / "replays").iterdir())):
-        phone.goto(found.as_uri())
-        assert phone.evaluate("document.documentElement.scrollWidth") <= 390
+    phone.goto(next((pages.first.parent / "replays").iterdir()).as_uri())
+    assert phone.evaluate("document.documentElement.scrollWidth") <= 390
     way, team = (phone.locator(each).bounding_box() for each in ("header nav", "#home"))
     assert way["y"] + way["height"] <= team["y"]
     phone.close()
@@ -218,8 +216,7 @@ def test_words_and_replays_on_a_phone(pages, browser, scheme):
 @pytest.mark.slow
 def test_words_that_there_are(pages, page):
     """Where nothing fits, the page says which words there are, and each of them fills the filter."""
-    found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
-    page.goto(found.as_uri())
+    page.goto(gallery(pages).as_uri())
     words = page.locator(".phrases button")
     assert not words.first.is_visible()
     page.fill("[data-filter]", "no such thing")
@@ -237,8 +234,7 @@ def test_words_that_there_are(pages, page):
 @pytest.mark.slow
 def test_behaviours_fold(pages, page, tmp_path):
     """A few of many cards are shown; a filter looks through all, a link opens its own, and a button all."""
-    found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
-    html = found.read_text()
+    html = gallery(pages).read_text()
     cut = html.index('<article class="card"'), html.index("</article>") + len("</article>")
     many = "".join(html[slice(*cut)].replace('<h2 id="', f'<h2 id="again-{i}-') for i in range(20))
     (tmp_path / "behaviours").mkdir()

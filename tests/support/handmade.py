@@ -13,6 +13,12 @@ from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.table import row
+from pitchlore.pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
+from pitchlore.pipeline.stages.events.derive import events
+from pitchlore.pipeline.stages.goals import attribute
+from pitchlore.pipeline.stages.situations.recognise import recognise
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Table
 
 
@@ -50,3 +56,14 @@ def handmade(
     details = {"pitch": pitch.model_dump()} if pitch is not None else {}
     settings = {"sequences": {"gap_s": gap_s}} if gap_s is not None else {}
     return MatchTables(Handmade({name: table for name, table in tables.items() if table is not None}, details, settings, log))
+
+
+def derived(log: MatchLog) -> dict[str, pl.DataFrame]:
+    """The tables that stages make of a log: bodies, situations, goals and events, beside its row and the referee's."""
+    pitch, (bodies, _) = log.info.pitch, trajectories(log, TrajectorySettings())
+    done = recognise(bodies, pitch, SituationSettings())
+    return {
+        "matches": row(log), "referee": log.referee, "trajectories": bodies, "situations": done,
+        "goals": attribute(log.referee, bodies, done, pitch, GoalSettings()),
+        **events(bodies, log.referee, pitch, EventSettings())._asdict(),
+    }

@@ -18,7 +18,7 @@ from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.scout.content.write import write_pages
+from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 HOSTILE = "<script>document.title='taken'</script> \"'&"
@@ -54,6 +54,11 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Store:
     folder = tmp_path_factory.mktemp("copied") / "data"
     shutil.copytree(shared(tmp_path_factory).root, folder, ignore=shutil.ignore_patterns("scout*"))
     return Store(folder)
+
+
+def gallery(pages: WrittenPages) -> Path:
+    """A page of behaviours that has clips."""
+    return next(found for found in sorted((pages.first.parent / "behaviours").iterdir()) if "data-match" in found.read_text())
 
 
 def serious(page: Any, scheme: str) -> list[str]:
