@@ -10,32 +10,14 @@ import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from support.recordings import RSIM, imported, recording
 from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
 
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
+from pitchlore.pipeline.engine.memory import MemoryInputs
 from pitchlore.pipeline.importers.tracking.mapping import load_map
-from pitchlore.pipeline.settings import (
-    GoalSettings,
-    GramSettings,
-    ModelSettings,
-    MomentSettings,
-    SituationSettings,
-    TrajectorySettings,
-    ValueSettings,
-)
-from pitchlore.pipeline.stages.behaviours.grams import grams, spelt
-from pitchlore.pipeline.stages.decisions import observed_decisions
-from pitchlore.pipeline.stages.goals import attribute
-from pitchlore.pipeline.stages.sequences.derive import sequences, value
-from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
-from pitchlore.pipeline.stages.values.fitting import fit
-from pitchlore.pipeline.stages.values.moments import moments
-from pitchlore.pipeline.stages.values.worths import values, worths
-from pitchlore.schemas import Decisions, Goals, Moments, Sequences, Values, Worths
+from pitchlore.pipeline.settings import ModelSettings, Settings
+from pitchlore.schemas import Decisions, Goals, Patterns, Sequences, Situations, Trajectories, Worths
 
 
 def test_not_numbers() -> None:
@@ -97,6 +79,7 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (b"frame,t,team,player,pos_x,y\n0,0,a,1,0,0\n",
          r"no column x \(did you mean pos_x\?\); it has frame, t, team, player, pos_x, y. Name the columns in a map"),
         (b"frame,time,teams,player,x,y\n0,0,a,1,0,0\n", r"teams?\? ?|did you mean teams\?"),
+        (b"frame,t,team,players,x,y\n0,0,a,1,0,0\n", r"player \(did you mean players\?\)"),
         (b"frame,t,team,player,x,x,y\n0,0,a,1,0,0,0\n", "column x twice"),
         (columns_twice(), "column x twice"),
         (parquet(PLAIN.with_columns(pl.lit("here").alias("x"))), "x is String, not numbers"),
@@ -120,12 +103,6 @@ def test_refusal_of_other_tables(data: bytes, says: str) -> None:
     assert str(refusal.value).startswith("game.csv: ")
     assert "\n" not in str(refusal.value)
     assert refusal.value.next_step
-
-
-def test_misspelt_column() -> None:
-    """For a misspelt column the refusal asks after the right one."""
-    with pytest.raises(BadRecording, match=r"player \(did you mean players\?\)"):
-        read("frame,t,team,players,x,y\n0,0,a,1,0,0\n")
 
 
 @pytest.mark.parametrize(
@@ -197,48 +174,18 @@ def test_unnamed_team(teams: str) -> None:
 
 
 def test_match_of_one_team() -> None:
-    """A match of one team goes through all stages."""
+    """A match of one team goes through all stages; a state has both teams, so no decision is known."""
     table = pl.read_parquet(recording(RSIM)).filter(pl.col("team") != "yellow", pl.col("t") < 60)
     match = read(parquet(table), load_map("[teams]\nhome = 'blue'\nhome_attacks = 'right'\n"))
-    pitch = match.info.pitch
-    tracks, _ = trajectories(match, TrajectorySettings())
-    assert set(tracks["team"].cast(pl.String)) == {"ball", "home"}
-    done = recognise(tracks, pitch, SituationSettings())
-    assert len(done) > 100
-    made = Goals.validate(attribute(match.referee, tracks, done, pitch, GoalSettings()))
-    assert set(made["team"].cast(pl.String)) == {"home"}
-    valued = value(done, made, GramSettings())
-    assert valued["value"].max() > 0  # type: ignore[operator]
-    looked = Moments.validate(moments(tracks, match.referee, pitch, MomentSettings()))
-    models, _ = fit(looked, ModelSettings(goals_at_least=2, block_s=5))
-    assert models is not None
-    of_moments = Values.validate(values(looked, models))
-    changes = Worths.validate(worths(done, of_moments, match.referee, tracks, ValueSettings()))
-    assert changes["change"].max() > 0  # type: ignore[operator]
-    found = Sequences.validate(
-        sequences(done, made, changes, tracks, match.referee, pitch, GramSettings()))
-    assert set(found["team"].cast(pl.String)) == {"home"}
-    known = spelt(grams(found, 1), 1).sort("count", descending=True).head(3).with_row_index("i").with_columns(
-        behaviour_id=pl.format("b-{}", "i")
-    )
-    seen = observed_decisions(found, known)
-    # a state has both teams: without the adversary none is known
-    assert Decisions.validate(seen).is_empty()
-
-
-@pytest.mark.slow
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 10_000), st.binary(max_size=6))
-def test_random_damage(at: int, junk: bytes) -> None:
-    """Whatever bytes are damaged, the file is read or refused with BadRecording."""
-    whole = f"{HEADER}\n{FRAME}".encode()
-    for data in (whole, parquet(PLAIN)):
-        place = at % len(data)
-        try:
-            match = read(data[:place] + junk + data[place + len(junk) :])
-        except BadRecording:
-            continue
-        assert match.frames.t_ns.min() == 0
+    stages = MemoryInputs(match, Settings(models=ModelSettings(goals_at_least=2, block_s=5)))
+    assert set(stages.table("trajectories", Trajectories)["team"].cast(pl.String)) == {"ball", "home"}
+    assert len(stages.table("situations", Situations)) > 100
+    for noun, schema in (("goals", Goals), ("sequences", Sequences)):
+        assert set(stages.table(noun, schema)["team"].cast(pl.String)) == {"home"}
+    assert stages.table("sequences", Sequences)["value"].max() > 0  # type: ignore[operator]
+    assert stages.table("values", Worths)["change"].max() > 0  # type: ignore[operator]
+    assert len(stages.table("behaviours", Patterns))
+    assert stages.table("decisions", Decisions).is_empty()
 
 
 def test_events_of_the_sample() -> None:

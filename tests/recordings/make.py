@@ -109,7 +109,7 @@ def state(frame: int, words: dict[tuple[str, str | None], str]) -> str:
 # --- formats --------------------------------------------------------------------------------------
 
 #: What follows a player's body and neck in each version of the log: arm, view, stamina, counts.
-_TAILS = {
+TAILS = {
     4: "(v h 180) (s 4000 1 1) (c 0 0 1 0 38 0 0 0 0 0 0)",
     5: "3.5 -20.1 (v h 90) (s 8000 1 1 130600) (f r 7) (c 0 0 1 0 38 0 0 0 0 0 0)",
     6: "(v l 120) (fp 0 0) (s 8000 1 1 130600) (c 0 0 1 0 38 0 0 0 0 0 0 0)",
@@ -129,10 +129,10 @@ def rcg(version: int) -> bytes:
         parts = [f"((b) {ball.x:.4f} {-ball.y:.4f} {ball.vx / 10:.5f} {-ball.vy / 10:.5f})"]
         parts += [
             f"(({'lr'[p.team]} {p.number}) 0 0x1 {p.x:.4f} {-p.y:.4f} {p.vx / 10:.5f} {-p.vy / 10:.5f} "
-            f"{-np.degrees(p.theta):.5f} 15 {_TAILS[version]})" for p in players
+            f"{-np.degrees(p.theta):.5f} 15 {TAILS[version]})" for p in players
         ]
         # the server names every player; one that is off the pitch has no state
-        parts += [f"((r 3) 0 0 3 37 0 0 0 0 {_TAILS[version]})"] * (frame in UNSEEN)
+        parts += [f"((r 3) 0 0 3 37 0 0 0 0 {TAILS[version]})"] * (frame in UNSEEN)
         lines.append(f"(show {cycle} {' '.join(parts)})")
     return "\n".join([*lines, ""]).encode()
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from hashlib import sha256
+from itertools import pairwise
 
+import numpy as np
 import pytest
 from conftest import RECORDINGS, SAMPLE
 
 from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.source import SourceFile, inflate
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
-from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.frame import Frames, MatchLog
+from pitchlore.schemas import Commands, Decisions, Quality, Referee
 
 RSIM = "rsim-vss-3v3.parquet"
 SSL = "ssl-2025-robocin-tigers-345s.parquet"
@@ -49,16 +52,38 @@ def imported(name: str) -> MatchLog:
     return read(recording(name), name)
 
 
+def same_frames(one: Frames, two: Frames) -> bool:
+    """True if all samples are equal to the last bit."""
+    parts = ("number", "t_ns", "ball", "offsets", "robots")
+    return all(getattr(one, part).tobytes() == getattr(two, part).tobytes() for part in parts)
+
+
 def same(one: MatchLog, two: MatchLog) -> bool:
     """True if two logs are equal to the last bit."""
     return (
         one.info == two.info
-        and all(
-            getattr(one.frames, part).tobytes() == getattr(two.frames, part).tobytes()
-            for part in ("number", "t_ns", "ball", "offsets", "robots")
-        )
+        and same_frames(one.frames, two.frames)
         and one.referee.equals(two.referee)
         and one.decisions.equals(two.decisions)
         and one.quality.equals(two.quality)
         and one.commands.equals(two.commands)
     )
+
+
+def assert_sound(log: MatchLog) -> None:
+    """Laws of every match that was imported, damaged or not."""
+    frames = log.frames
+    assert len(frames) > 0
+    assert frames.t_ns.min() == 0
+    assert (np.diff(frames.offsets) >= 0).all()
+    tables = (log.referee, Referee), (log.quality, Quality), (log.decisions, Decisions), (log.commands, Commands)
+    for table, schema in tables:
+        schema.validate(table)
+        assert set(table["match_id"]) <= {log.info.match_id}
+    assert log.referee["t_ns"].is_sorted()
+    periods = log.info.periods
+    assert periods[0].start_ns == 0
+    assert periods[-1].end_ns > frames.t_ns.max()
+    assert all(a.end_ns == b.start_ns for a, b in pairwise(periods))
+    theta = frames.robots["theta"]
+    assert (np.isnan(theta) | (np.abs(theta) <= np.float32(np.pi))).all()
