@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from functools import reduce
 from itertools import pairwise
@@ -34,11 +35,11 @@ PICTURE_NS = 25_000_000
 
 def batches(packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> Iterator[list[Packet]]:
     """The packets as they come between two pictures."""
-    waiting = list(packets)
+    begin = 0
     for now in range(packets[0].t_ns, packets[-1].t_ns + step_ns, step_ns):
-        here = [packet for packet in waiting if packet.t_ns <= now]
-        waiting = waiting[len(here):]
-        yield here
+        end = bisect_right(packets, now, begin, key=lambda packet: packet.t_ns)
+        yield list(packets[begin:end])
+        begin = end
 
 
 def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = 2 * PICTURE_NS) -> tuple[list[LiveSnapshot], pl.DataFrame]:
@@ -79,7 +80,7 @@ def test_at_most_a_tenth_of_a_second_ago() -> None:
     """The picture is less than 70 ms older than the newest packet: half the window of velocities, and a sample."""
     follower = Follower("vsss")
     shown = []
-    for batch in batches(vsss_packets(4.0)):
+    for batch in batches(vsss_packets(3.0)):
         follower.take(batch)
         moment = follower.snapshot()
         if batch and moment is not None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from football.skillcorner import FILES, MATCH, source_of, whole_match
+from football.skillcorner import FILES, MATCH, source_of
 from support import recordings
 from support.football import NEEDS_KLOPPY, RECORDINGS, shipped
 
@@ -104,27 +104,6 @@ def test_nameless_tracks_share_places() -> None:
     first, second, third, fourth = found[4:]
     assert first == third == UNNUMBERED + 3
     assert len({first, second, fourth}) == 3
-
-
-@NEEDS_KLOPPY
-@pytest.mark.slow
-def test_whole_match() -> None:
-    """SkillCorner's match: eleven a side, both halves, its score, substitutes, heights, few numbers."""
-    match = whole_match()
-    row = matches.row(match)
-    assert row.select("score_home", "score_away", "robots_per_team", "hz").row(0) == (4, 0, 11, 10.0)
-    assert [period.home_attacks for period in match.info.periods] == [-1, 1]
-    assert match.info.started_at is not None
-    substitutes = match.info.settings["substitutes"]
-    assert isinstance(substitutes, list)
-    assert 4 <= len(substitutes) <= 6
-    assert all(sub["t_ns"] > 30 * 60 * S for sub in substitutes)
-    assert match.frames.most_robots() <= 30
-    assert 12 < match.heights.z.max() < 13
-    # each goal that the ball tells is of the side that won 4 : 0
-    goals = match.referee.filter(pl.col("event") == "goal")["team"].cast(pl.String).to_list()
-    assert goals
-    assert set(goals) == {"home"}
 
 
 @NEEDS_KLOPPY

@@ -47,7 +47,7 @@ def check(data: bytes) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(LOGS), st.lists(st.tuples(st.integers(min_value=16), st.integers(0, 255)), min_size=1, max_size=40))
 def test_bytes_that_are_others(data: bytes, changes: list[tuple[int, int]]) -> None:
     """Any bytes after the header become any others."""
@@ -58,7 +58,7 @@ def test_bytes_that_are_others(data: bytes, changes: list[tuple[int, int]]) -> N
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(LOGS), st.integers(min_value=0), st.integers(0, 3_000), st.binary(max_size=200))
 def test_a_piece_that_is_another(data: bytes, at: int, length: int, piece: bytes) -> None:
     """A piece is cut out, and any bytes take its place."""

@@ -10,16 +10,14 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
-from football.skillcorner import whole_match
 from support import recordings
-from support.football import NEEDS_KLOPPY
 from usual.study import rates_of, situations_of
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recognised import with_recognition
 from pitchlore.pipeline.engine.recordings import Recording
-from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.stages.situations.usual import recognition
@@ -96,21 +94,6 @@ def test_too_short_to_tell() -> None:
     for start in range(0, 600, 20):
         begins, ends = pl.col("start_ns") >= start * 10**9, pl.col("end_ns") <= (start + 20) * 10**9
         assert not recognition(situations.filter(begins, ends), Kind.VSSS).poor
-
-
-@NEEDS_KLOPPY
-@pytest.mark.slow
-def test_football() -> None:
-    """Real football shows as many situations as 2D does; as 2D, as it was read before, it has the flaw."""
-    match = whole_match()
-    situations = situations_of(match)
-    shown = recognition(situations, Kind.HUMAN)
-    assert shown.codes >= len(USUAL["2d"]["rates"])
-    assert shown.random < 0.2
-    assert not shown.poor
-    assert poor(match) == []
-    (note,) = poor(replace(match, info=match.info.model_copy(update={"pitch": PITCHES[Kind.SIM2D]})))
-    assert "no robot has a heading" in note
 
 
 @pytest.mark.slow

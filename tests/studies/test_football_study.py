@@ -1,13 +1,23 @@
-"""The study of football: its tables stand beside their controls, and its page says what they say."""
+"""The study of football: its tables stand beside their controls, and its page says what they say; its whole match."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import polars as pl
 import pytest
 from conftest import RECORDINGS, ROOT
 from football import study
+from football.skillcorner import whole_match
 from support.football import NEEDS_KLOPPY
+from test_recognised import USUAL, poor
+from usual.study import situations_of
 
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.stages.situations.usual import recognition
+
+S = 1_000_000_000
 STUDY = ROOT / "data" / "studies" / "football"
 
 
@@ -67,3 +77,39 @@ def test_possession_again(tmp_path) -> None:
         assert (tmp_path / f"{name}.csv").read_bytes() == (STUDY / f"{name}.csv").read_bytes()
     again = pl.read_csv(tmp_path / "codes.csv")
     assert again.equals(table("codes").filter(pl.col("recording").is_in(again["recording"].implode())))
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_whole_match() -> None:
+    """SkillCorner's match: eleven a side, both halves, its score, substitutes, heights, few numbers."""
+    match = whole_match()
+    row = matches.row(match)
+    assert row.select("score_home", "score_away", "robots_per_team", "hz").row(0) == (4, 0, 11, 10.0)
+    assert [period.home_attacks for period in match.info.periods] == [-1, 1]
+    assert match.info.started_at is not None
+    substitutes = match.info.settings["substitutes"]
+    assert isinstance(substitutes, list)
+    assert 4 <= len(substitutes) <= 6
+    assert all(sub["t_ns"] > 30 * 60 * S for sub in substitutes)
+    assert match.frames.most_robots() <= 30
+    assert 12 < match.heights.z.max() < 13
+    # each goal that the ball tells is of the side that won 4 : 0
+    goals = match.referee.filter(pl.col("event") == "goal")["team"].cast(pl.String).to_list()
+    assert goals
+    assert set(goals) == {"home"}
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_football() -> None:
+    """Real football shows as many situations as 2D does; as 2D, as it was read before, it has the flaw."""
+    match = whole_match()
+    situations = situations_of(match)
+    shown = recognition(situations, Kind.HUMAN)
+    assert shown.codes >= len(USUAL["2d"]["rates"])
+    assert shown.random < 0.2
+    assert not shown.poor
+    assert poor(match) == []
+    (note,) = poor(replace(match, info=match.info.model_copy(update={"pitch": PITCHES[Kind.SIM2D]})))
+    assert "no robot has a heading" in note
