@@ -76,7 +76,7 @@ def test_bounds(tmp_path, reader, case: Hostile):
 
 
 @pytest.mark.slow
-def test_hostile_names(tmp_path):
+def test_hostile_names(tmp_path, call, monkeypatch):
     """Files with hostile names are imported like others; no name reaches a terminal as it is."""
     data = tmp_path / "data"
     box = os.fsencode(data / "inbox")
@@ -84,18 +84,15 @@ def test_hostile_names(tmp_path):
     for number, name in enumerate(NAMES):
         with open(os.path.join(box, name), "wb") as file:  # noqa: PTH118, PTH123 (bytes)
             file.write(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
-    command = pitchlore()
-    done = subprocess.run([*command, "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
+    done = subprocess.run([*pitchlore(), "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
                           capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     assert b"%d imported" % len(NAMES) in done.stdout
-    again = subprocess.run([*command, "import", b"[bold]markup[].csv", "--data", data],
-                           capture_output=True, cwd=box, check=True)
-    assert b"0 imported, 1 already here" in again.stdout
-    shown = subprocess.run([*command, "sql", "from matches", "--csv", "--data", data], capture_output=True, check=True)
-    assert shown.stdout.count(b"\n") == 1 + len(NAMES)
-    for out in (done.stdout, done.stderr.replace(b"\x1b[?25h", b""), shown.stdout):
-        text = out.decode()
+    monkeypatch.chdir(data / "inbox")
+    assert "0 imported, 1 already here" in call("import", "[bold]markup[].csv", "--data", data)[1]
+    _, shown, _ = call("sql", "from matches", "--csv", "--data", data)
+    assert shown.count("\n") == 1 + len(NAMES)
+    for text in (done.stdout.decode(), done.stderr.replace(b"\x1b[?25h", b"").decode(), shown):
         assert all(c.isprintable() or c == "\n" for c in re.sub(r"[━╺╸]", "", text)), [c for c in text if not c.isprintable()]
 
 

@@ -214,13 +214,13 @@ def ssl_balls(balls: int, frames: int) -> bytes:
 def ssl_scattered() -> bytes:
     """A log of 32 cameras that see 400 balls each, all far from each other."""
     balls = [ssl.span(5, ssl.f32(1, 0.9) + ssl.f32(3, 300.0 * (i % 20)) + ssl.f32(4, 300.0 * (i // 20))) for i in range(400)]
-    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 3_200) + ssl.integer(4, i % 32) + b"".join(balls)), 5_000)
+    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 3_200) + ssl.integer(4, i % 32) + b"".join(balls)), 2_500)
 
 
 def ssl_robots() -> bytes:
     """A log whose frames have 450 robots each, many of one number, at places of their own."""
     robots = b"".join(ssl.span(6, ssl.integer(2, i % 40) + ssl.f32(3, 100.0 * i) + ssl.f32(4, 0.0)) for i in range(450))
-    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i % 4) + robots), 3_000)
+    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i % 4) + robots), 1_500)
 
 
 def ssl_false_heads() -> bytes:
@@ -263,8 +263,8 @@ HOSTILE = (
     Hostile("deep.mcap", deep_metadata, "metadata|match"),
     Hostile("bomb.mcap", bomb_in_a_chunk),
     Hostile("chunks.mcap", many_chunks, "declares more than"),
-    Hostile("line.csv", lambda: long_line(200 << 20), "line_kilobytes = 1024", megabytes=50),
-    Hostile("line.rcg", lambda: b"ULG5\n" + b"(show 1 " + b"9" * (100 << 20), "line_kilobytes = 1024", megabytes=50),
+    Hostile("line.csv", lambda: long_line(50 << 20), "line_kilobytes = 1024", megabytes=50),
+    Hostile("line.rcg", lambda: b"ULG5\n" + b"(show 1 " + b"9" * (50 << 20), "line_kilobytes = 1024", megabytes=50),
     Hostile("rows.parquet", many_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
     Hostile("liar.parquet", lying_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
     Hostile("columns.parquet", many_columns, megabytes=400),
@@ -282,17 +282,17 @@ HOSTILE = (
                                                     for team in (b"a", b"b")), "spans more than a day|not numbers"),
     Hostile("groups.rcg", lambda: show_lines(10_000), "no whole show line|"),
     Hostile("brackets.rcg", opened_groups, "has no whole show line"),
-    Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(512 << 20), compresslevel=9), "unpacks to more than", megabytes=100),
+    Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(128 << 20), compresslevel=9), "unpacks to more than", megabytes=100),
     Hostile("deep.csv", lambda: DERBY, "is nested too deeply", mapping="a = " + "[\n" * 100_000 + "]\n" * 100_000),
     Hostile("tables.csv", lambda: DERBY, "has a line of 200001 characters", mapping="[" + ".".join("a" * 100_000) + "]"),
     Hostile("pitch.csv", lambda: DERBY, "length", mapping="[pitch]\nlength = 1e308\nwidth = 1e-308\n"),
     Hostile("infinite.csv", lambda: DERBY, "", mapping="[pitch]\nlength = 1000\nwidth = 0.1\n"),
     Hostile("states.csv", lambda: DERBY, "has 1000022 characters|has a line of 1000011 characters", mapping='[states]\n"' + "x" * 1_000_000 + '" = "goal"\n'),
-    Hostile("balls.log", lambda: ssl_balls(500, 3_500)),
+    Hostile("balls.log", lambda: ssl_balls(500, 1_800), seconds=5),
     Hostile("crowd.log", lambda: ssl_balls(3_500, 500), "only 500 vision packets that cannot be decoded"),
-    Hostile("scattered.log", ssl_scattered),
+    Hostile("scattered.log", ssl_scattered, seconds=5),
     Hostile("heads.log", ssl_false_heads, "has no vision or tracker frames|is damaged at more than 10000 places"),
-    Hostile("robots.log", ssl_robots),
+    Hostile("robots.log", ssl_robots, seconds=5),
     Hostile("trackers.log", ssl_trackers),
     Hostile("cameras.log", lambda: ssl_packets(
         lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))), 100_000)),
@@ -301,13 +301,13 @@ HOSTILE = (
     Hostile("commands.log", lambda: ssl_packets(lambda i: ssl.referee(0, i % 2, i), 50_000, ssl.REFEREE),
             "a referee who says something else more than 20000 times"),
     Hostile("blank.log", lambda: ssl.header() + bytes(80 << 20), "more than 4000000 messages, more than the limit rows"),
-    Hostile("headers.log", lambda: ssl.header() * 4_000_000, "has more than 1000 logs in it"),
+    Hostile("headers.log", lambda: ssl.header() * 100_000, "has more than 1000 logs in it"),
     Hostile("torn.log", lambda: ssl.header() + (b"\xff" * 40 + ssl.log([
-        ssl.Message(10**18, 4, b"\0"), ssl.Message(10**18, 4, b"\0")])[16:]) * 500_000,
+        ssl.Message(10**18, 4, b"\0"), ssl.Message(10**18, 4, b"\0")])[16:]) * 100_000,
             "is damaged at more than 10000 places"),
-    Hostile("noise.log", lambda: ssl.header() + np.random.default_rng(1).bytes(50 << 20), "has no vision or tracker"),
-    Hostile("unending.log", lambda: ssl.header() + b"\xff" * (100 << 20), "has no vision or tracker", megabytes=50),
-    Hostile("bomb.log.gz", lambda: gzip.compress(ssl.header() + bytes(512 << 20), compresslevel=9), "unpacks to more than"),
+    Hostile("noise.log", lambda: ssl.header() + np.random.default_rng(1).bytes(20 << 20), "has no vision or tracker"),
+    Hostile("unending.log", lambda: ssl.header() + b"\xff" * (50 << 20), "has no vision or tracker", megabytes=50),
+    Hostile("bomb.log.gz", lambda: gzip.compress(ssl.header() + bytes(128 << 20), compresslevel=9), "unpacks to more than"),
     Hostile("empty.csv", lambda: b"", "is empty"),
     Hostile("nothing.csv", lambda: b"\0" * 1_000_000, "not a recording of a known format"),
 )
