@@ -86,12 +86,6 @@ def test_pause_after_goal():
     assert state["home_goals"] == 2
 
 
-def test_no_pause():
-    """Without a pause play restarts at the next frame."""
-    laws = Laws.of(VSSS, RefereeSettings(pause_s=0.0), 60.0)
-    assert calls([scene(ball=(0.8, 0.0))] * 2, laws, in_play(laws=laws)) == [(1, GOAL), (2, KICK_OFF)]
-
-
 def test_starting_score():
     """Goals are added to the score that a match starts from."""
     state = begin(AWAY, (5, 2))
@@ -113,15 +107,6 @@ def test_stuck_ball():
     assert calls([slow], state=state) == [(331, FREE_BALL)]
     assert calls([slow] * 300, state=state) == []  # counted anew from the restart
     assert calls([slow], state=state) == [(632, FOUL)]
-
-
-def test_fast_sample():
-    """One fast sample starts the count of the stuck ball anew."""
-    state = in_play()
-    slow, fast = scene(speed=0.10), scene(speed=0.1001)  # 0.10 m/s is slow
-    assert calls([slow] * 300 + [fast] + [slow] * 300, state=state) == []
-    assert calls([slow], state=state) == [(602, FOUL)]
-    assert first(fast, in_play()) is None
 
 
 @pytest.mark.parametrize(("x", "y"), [(-0.2, -0.3), (0.2, -0.3), (-0.2, 0.3), (0.2, 0.3)])
