@@ -276,12 +276,6 @@ class TestInAMatch:
         assert np.isnan(match.frames.ball["x"]).mean() == pytest.approx(0.3, abs=0.1)
         assert match.info.complete
 
-    def test_repeats_itself(self):
-        """The same recipe gives the same frames."""
-        one, other = (self.played(TYPICAL)[2].frames for _ in range(2))
-        assert one.robots.tobytes() == other.robots.tobytes()
-        assert one.ball.tobytes() == other.ball.tobytes()
-
     def test_players_see_camera(self):
         """Players play by what the camera sees, and the log has the same."""
         clear, truth, _ = self.played(CameraSettings())

@@ -88,34 +88,24 @@ def test_human_like_note():
     assert len(heading(reported.summary)) == 1
 
 
-def test_save():
-    """A goalkeeper saves a ball that would have gone in."""
-    reported = tell({"ball": rolls(0.64), **KEEPER})
-    assert of_kind(reported, "save") == ["us 1 (striker) shoots from 0.75 m; them 0 (goalkeeper) saves."]
-    assert (reported.summary.home.shots, reported.summary.home.on_target, reported.summary.away.saves) == (1, 1, 1)
+@pytest.mark.parametrize(("ball", "in_the_way", "said", "counts"), [
+    (rolls(0.64), {}, "us 1 (striker) shoots from 0.75 m; them 0 (goalkeeper) saves.", (1, 1, 1)),
+    (rolls(0.44), {"away-1": stands(0.5, 0.0)}, "us 1 (striker) shoots from 0.75 m; them 1 (midfield) is in the way.", (1, 1, 0)),
+    (rolls(0.75, 0.3), {}, "us 1 (striker) shoots from 0.75 m, wide.", (1, 0, 0)),
+    # nobody stops it, and it does not go in
+    (goes((0, 0, 0, 0), (1, 0, 0, 0), (1.25, 0.2, 0, 0), (4, 0.2, 0.3, 0)), {}, "us 1 (striker) shoots from 0.75 m at the goal.", (1, 1, 0)),
+])
+def test_shot(ball, in_the_way, said, counts):
+    """A shot is reported with what came of it, and is on target unless it is wide; a goalkeeper alone saves."""
+    reported = tell({"ball": ball, **in_the_way, **KEEPER}, play_apart_s=0)
+    assert of_kind(reported, "shot", "save") == [said]
+    assert (reported.summary.home.shots, reported.summary.home.on_target, reported.summary.away.saves) == counts
 
 
-def test_blocked_shot():
-    """Any robot but the goalkeeper is in the way of a shot."""
-    bodies = {"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER}
-    reported = tell(bodies, play_apart_s=0)
-    assert of_kind(reported, "shot") == ["us 1 (striker) shoots from 0.75 m; them 1 (midfield) is in the way."]
-    assert reported.summary.away.saves == 0
-    assert of_kind(tell(bodies), "shot") == [], "the end is 3 s later"
-
-
-def test_wide_shot():
-    """A wide shot is reported and counted, but not as one on target."""
-    reported = tell({"ball": rolls(0.75, 0.3), **KEEPER})
-    assert of_kind(reported, "shot", "save") == ["us 1 (striker) shoots from 0.75 m, wide."]
-    assert (reported.summary.home.shots, reported.summary.home.on_target) == (1, 0)
-
-
-def test_shot_at_the_goal():
-    """A shot that nobody stops, and that does not go in, is reported without an outcome."""
-    ball = goes((0, 0, 0, 0), (1, 0, 0, 0), (1.25, 0.2, 0, 0), (4, 0.2, 0.3, 0))
-    reported = tell({"ball": ball, **KEEPER}, play_apart_s=0)
-    assert of_kind(reported, "shot") == ["us 1 (striker) shoots from 0.75 m at the goal."]
+def test_shot_before_the_end():
+    """A blocked shot just before the end is left out, a save is not."""
+    assert of_kind(tell({"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER}), "shot") == []
+    assert len(of_kind(tell({"ball": rolls(0.64), **KEEPER}), "save")) == 1
 
 
 @pytest.mark.parametrize(("gives", "to", "said"), [

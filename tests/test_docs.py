@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from conftest import ROOT
 from pydantic import BaseModel
+from support.pages import reference
 
 import pitchlore
 from pitchlore.flows.cli import COMMANDS
@@ -23,16 +23,8 @@ from pitchlore.schemas import PUBLIC
 IN_NO_FILE = {"TeamSettings", "CommentarySettings", "LearnerSettings", "EnvSettings"}
 
 
-def generator():
-    spec = importlib.util.spec_from_file_location("reference", ROOT / "docs" / "reference.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def reference():
-    return generator()
+REFERENCE = reference()
+TABLES = REFERENCE.tables()
 
 
 def section(page: str, heading: str) -> str:
@@ -46,9 +38,9 @@ def section(page: str, heading: str) -> str:
 
 
 @pytest.mark.parametrize("name", PUBLIC)
-def test_reference_tables(reference, name):
+def test_reference_tables(name):
     """Every column of every public table stands in the reference with its meaning and unit."""
-    text = section(reference.tables(), f"## {name}")
+    text = section(TABLES, f"## {name}")
     for column, definition in PUBLIC[name].columns().items():
         (row,) = [line for line in text.splitlines() if line.startswith(f"| `{column}` |")]
         assert " ".join(definition.description.replace("|", r"\|").split()) in row
@@ -64,37 +56,37 @@ def keys(model: type[BaseModel]) -> list[tuple[type[BaseModel], str]]:
     return [(name, key) for name, part in definitions.items() for key in part.get("properties", ())]
 
 
-def test_reference_settings(reference):
+def test_reference_settings():
     """Every key of every settings file stands in the reference."""
-    page = reference.settings()
-    found = {option: keys(model) for option, model in reference.FILES.items()}
+    page = REFERENCE.settings()
+    found = {option: keys(model) for option, model in REFERENCE.FILES.items()}
     assert sum(map(len, found.values())) > 150
     for option, pairs in found.items():
         for model, key in pairs:
             assert f"| `{key}` |" in page or f"[{key}]" in page or f".{key}]" in page, (option, model, key)
 
 
-def test_reference_settings_models(reference):
+def test_reference_settings_models():
     """Every model of settings stands in the reference, if a file fills it."""
     def below(model: type[BaseModel]) -> set[type[BaseModel]]:
         return {model}.union(*(below(child) for child in model.__subclasses__()))
 
-    page = reference.settings()
+    page = REFERENCE.settings()
     names = {model.__name__ for model in below(Frozen) if model.__name__.endswith("Settings")} - IN_NO_FILE
     assert len(names) > 10
     assert [name for name in sorted(names) if f"{{ #{name.lower()} }}" not in page] == []
 
 
-def test_reference_bounds_and_defaults(reference):
+def test_reference_bounds_and_defaults():
     """A row has type, default, bounds and meaning: two of them, spelt out."""
-    page = reference.settings()
+    page = REFERENCE.settings()
     assert "| `fire_at` | `float` | `0.5` | > 0, ≤ 1 | a fuzzy condition holds from this degree on. |" in page
     assert '| `kind` | `"vsss"` or `"ssl"` or `"2d"` or `"human"` | `"vsss"` |' in section(page, "### [pitch]")
 
 
-def test_reference_commands(reference):
+def test_reference_commands():
     """Every command stands in the reference with its help and its example, every option with its meaning."""
-    page = reference.commands()
+    page = REFERENCE.commands()
     for command in COMMANDS:
         level = "###" if " " in command.name else "##"
         text = section(page, f"{level} pitchlore {command.name}")
@@ -103,9 +95,9 @@ def test_reference_commands(reference):
         assert f"`{option} " in page or f"`{option}`" in page
 
 
-def test_reference_of_python(reference):
+def test_reference_of_python():
     """Every public name stands in the reference, each method with its signature, arguments and errors."""
-    page = reference.api()
+    page = REFERENCE.api()
     for name in set(pitchlore.__all__) - {"__version__"}:
         assert f"\n## {name}\n" in page
     read = section(page, "## read")
@@ -150,11 +142,11 @@ def missing(site: Path) -> list[str]:
 
 
 @pytest.mark.slow
-def test_site(reference, tmp_path):
+def test_site(tmp_path):
     """The site builds strictly, and every link, picture and script of every page is there."""
     shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("reference.py"))
     shutil.copy(ROOT / "zensical.toml", tmp_path)
-    reference.write(tmp_path / "docs" / "reference")
+    REFERENCE.write(tmp_path / "docs" / "reference")
     zensical = Path(sys.executable).with_name("zensical")
     done = subprocess.run([zensical, "build", "--clean", "--strict"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

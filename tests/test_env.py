@@ -54,6 +54,12 @@ def recipe_of(home="human", away="human", seed=3, settings=SHORT):
     return Recipe(**settings.of_match(), home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed)
 
 
+def begun(one, seed=3):
+    """An environment whose match has begun."""
+    one.reset(seed=seed)
+    return one
+
+
 def wheels_of(team, frames=400):
     """Wheels that change every half second, in [-1, 1], float32 [frames, 3, 2]: what a learner might try."""
     drawn = np.random.default_rng(team).uniform(-1, 1, (-(-frames // 30), 3, 2)).astype(np.float32)
@@ -69,27 +75,20 @@ def played(match):
 
 
 class TestLibraries:
-    @pytest.mark.parametrize("actions", ACTIONS)
-    def test_pettingzoo(self, actions, capsys):
-        parallel_api_test(parallel_env(actions=actions, minutes=0.02), 100)
-        parallel_seed_test(lambda: parallel_env(actions=actions, minutes=0.02), 30)
+    @pytest.mark.parametrize("options", [
+        {"actions": "wheels"}, {"actions": "behaviours"},
+        {"opponent": "static", "side": "away", "actions": "behaviours", "observations": "sights"},
+    ])
+    def test_pettingzoo(self, options, capsys):
+        parallel_api_test(parallel_env(**options, minutes=0.02), 100)
+        parallel_seed_test(lambda: parallel_env(**options, minutes=0.02), 30)
         assert "Passed" in capsys.readouterr().out
 
-    def test_pettingzoo_against_an_opponent(self, capsys):
-        def make():
-            return parallel_env("static", side="away", actions="behaviours", observations="sights", minutes=0.02)
-
-        parallel_api_test(make(), 100)
-        parallel_seed_test(make, 30)
-        assert "Passed" in capsys.readouterr().out
-
-    def test_gymnasium_with_sights(self):
-        check_env(gymnasium.make(ID, actions="behaviours", observations="sights", minutes=0.02).unwrapped)
-
-    @pytest.mark.parametrize("actions", ACTIONS)
-    def test_gymnasium(self, actions):
+    @pytest.mark.parametrize("options", [{"actions": "wheels"}, {"actions": "behaviours"},
+                                         {"actions": "behaviours", "observations": "sights"}])
+    def test_gymnasium(self, options):
         """Also its render modes: rgb_array, and human in a window that nobody sees."""
-        check_env(gymnasium.make(ID, actions=actions, minutes=0.02).unwrapped)
+        check_env(gymnasium.make(ID, **options, minutes=0.02).unwrapped)
 
     @pytest.mark.parametrize("observations", ["bodies", "sights"])
     @pytest.mark.parametrize("actions", ACTIONS)
@@ -104,8 +103,7 @@ class TestSameMatch:
         """Each frame of a parallel match, its pauses and second half included, is that of the match alone."""
         scripts = [wheels_of(team) for team in (0, 1)]
         alone = played(MatchInPlay(recipe_of(), tuple(Replayed(TOP * s.astype(float)) for s in scripts), logged=False))
-        one = parallel_env(settings=SHORT)
-        one.reset(seed=3)
+        one = begun(parallel_env(settings=SHORT))
         sides = set()
         for frame, (bodies, score) in enumerate(alone):
             assert (one.match.bodies.tobytes(), one.match.score) == (bodies.tobytes(), score)
@@ -122,8 +120,7 @@ class TestSameMatch:
         recipe = recipe_of(home="static")
         alone = list(played(MatchInPlay(
             recipe, (controller_of(recipe.home, recipe, 0), Replayed(TOP * script.astype(float))), logged=False)))
-        one = env("static", side="away", step_s=0.05, settings=SHORT)
-        one.reset(seed=3)
+        one = begun(env("static", side="away", step_s=0.05, settings=SHORT))
         for frame in range(0, len(alone) - 3, 3):
             held = np.repeat(script[frame:frame + 1], 3, axis=0)
             assert np.array_equal(held, script[frame:frame + 3])
@@ -135,9 +132,8 @@ class TestSameMatch:
         recipe = recipe_of("learned", "learned")
         alone = MatchInPlay(recipe, tuple(controller_of(recipe.home, recipe, team, known) for team in (0, 1)), logged=False)
         alone.advance(10_000)
-        one, both = env("constant:044", actions="behaviours", settings=SHORT), parallel_env(actions="behaviours", settings=SHORT)
-        one.reset(seed=3)
-        both.reset(seed=3)
+        one = begun(env("constant:044", actions="behaviours", settings=SHORT))
+        both = begun(parallel_env(actions="behaviours", settings=SHORT))
         reach = BEHAVIOURS.index(44)
         over = False
         while not over:
@@ -148,9 +144,7 @@ class TestSameMatch:
     def test_robots_one_by_one_are_the_team(self):
         """The robots of one side as agents play the match that one agent for all of them plays."""
         script = wheels_of(1)
-        one, robots = env("static", side="away", settings=SHORT), parallel_env("static", side="away", settings=SHORT)
-        one.reset(seed=3)
-        robots.reset(seed=3)
+        one, robots = (begun(make("static", side="away", settings=SHORT)) for make in (env, parallel_env))
         assert robots.agents == ["away_1", "away_2", "away_3"]
         for frame in range(200):
             _, reward, _, _, info = one.step(script[frame].ravel())
@@ -161,8 +155,7 @@ class TestSameMatch:
 
     def test_a_policy_as_opponent(self):
         known = PolicyTables(policy(*((role, 0, "184", 0.5) for role in ROLES)))
-        one = env(LearnedTeam(TeamSettings(kind="learned"), known), settings=SHORT)
-        one.reset(seed=3)
+        one = begun(env(LearnedTeam(TeamSettings(kind="learned"), known), settings=SHORT))
         for _ in range(60):
             one.step(np.zeros(6, np.float32))
         before = one.match.bodies[4:].copy()
@@ -174,10 +167,8 @@ class TestSameMatch:
         kick, reach = BEHAVIOURS.index(21), BEHAVIOURS.index(44)
         looks = LearnedTeam(TeamSettings(kind="learned", clock_s=0.2),
                             PolicyTables(constant("constant:021").policy(), Appraisals.of([])))
-        team = parallel_env(looks, side="away", actions="behaviours", step_s=0.2)
-        anew, on = (parallel_env(actions="behaviours", step_s=0.2) for _ in range(2))
-        for each in (team, anew, on):
-            each.reset(seed=1)
+        team = begun(parallel_env(looks, side="away", actions="behaviours", step_s=0.2), seed=1)
+        anew, on = (begun(parallel_env(actions="behaviours", step_s=0.2), seed=1) for _ in range(2))
         same = []
         for _ in range(30):
             team.step(dict.fromkeys(team.agents, reach))
@@ -234,8 +225,7 @@ class TestSeeds:
 class TestRewards:
     def test_are_goals(self):
         """Nobody stands in the way of a team that reaches and kicks: the rewards add up to the score."""
-        one = env("constant:184", actions="behaviours", minutes=1.0)
-        one.reset(seed=1)
+        one = begun(env("constant:184", actions="behaviours", minutes=1.0), seed=1)
         rewards, over = [], False
         while not over:
             _, reward, goal, over, info = one.step(np.full(3, BEHAVIOURS.index(21)))
@@ -248,8 +238,7 @@ class TestRewards:
         assert one.match.score == (ours, theirs)
 
     def test_a_goal_can_end_the_episode(self):
-        one = parallel_env(actions="behaviours", goal_ends=True, minutes=1.0)
-        one.reset(seed=1)
+        one = begun(parallel_env(actions="behaviours", goal_ends=True, minutes=1.0), seed=1)
         kick, stand = BEHAVIOURS.index(21), BEHAVIOURS.index(184)
         while one.agents:
             _, rewards, terminated, truncated, infos = one.step(
@@ -261,14 +250,19 @@ class TestRewards:
         assert infos["home_1"]["score"] == (0, 1)
 
 
+def second_half(**options):
+    """An environment in its second half, and its observations there."""
+    one = begun(parallel_env(settings=SHORT, **options))
+    for frame in range(250):
+        seen, *_ = one.step({name: wheels_of(0)[frame, int(name[-1]) - 1] for name in one.agents})
+    return one, seen
+
+
 class TestObservations:
     @pytest.mark.parametrize("agent", ["home_1", "home_3", "away_2"])
     def test_layout(self, agent):
         """By hand, in the second half, when away attacks +x."""
-        one = parallel_env(settings=SHORT)
-        one.reset(seed=3)
-        for frame in range(250):
-            seen, *_ = one.step({name: wheels_of(0)[frame, int(name[-1]) - 1] for name in one.agents})
+        one, seen = second_half()
         assert one.match.attacks == -1.0
         got, own = seen[agent], int(agent[-1])
         sign = -1.0 if agent.startswith("home") else 1.0
@@ -290,10 +284,7 @@ class TestObservations:
 
     def test_sights(self):
         """Observations of teams that look, scaled by hand in the second half; each role is there once a team."""
-        one = parallel_env(settings=SHORT, observations="sights")
-        one.reset(seed=3)
-        for frame in range(250):
-            seen, *_ = one.step({name: wheels_of(0)[frame, int(name[-1]) - 1] for name in one.agents})
+        one, seen = second_half(observations="sights")
         place = list(SIGHT).index
         for team, side in enumerate(("home", "away")):
             rows = [seen[f"{side}_{number}"] for number in (1, 2, 3)]
@@ -341,8 +332,7 @@ class TestObservations:
 
 class TestPictures:
     def test_of_the_moment(self):
-        one = env(render_mode="rgb_array", settings=SHORT)
-        one.reset(seed=3)
+        one = begun(env(render_mode="rgb_array", settings=SHORT))
         first = one.render()
         for _ in range(30):
             one.step(np.ones(6, np.float32))
@@ -350,8 +340,7 @@ class TestPictures:
         assert (one.render() != first).any()
 
     def test_none_without_a_mode(self):
-        one = parallel_env(settings=SHORT)
-        one.reset(seed=3)
+        one = begun(parallel_env(settings=SHORT))
         assert one.render() is None
 
 
@@ -379,19 +368,16 @@ class TestErrors:
         ("behaviours", np.array([0.0, 1.0, 2.0]), "whole numbers from 0 to 31"),
     ])
     def test_of_an_action(self, actions, given, said):
-        one = env(actions=actions, settings=SHORT)
-        one.reset(seed=3)
+        one = begun(env(actions=actions, settings=SHORT))
         with pytest.raises(BadSettings, match=said):
             one.step(given)
 
     def test_of_a_missing_agent(self):
-        one = parallel_env(settings=SHORT)
-        one.reset(seed=3)
+        one = begun(parallel_env(settings=SHORT))
         with pytest.raises(BadSettings, match="no action of away_3"):
             one.step({name: np.zeros(2) for name in one.agents[:-1]})
 
     def test_of_wheels_that_are_none(self):
-        one = parallel_env(settings=SHORT)
-        one.reset(seed=3)
+        one = begun(parallel_env(settings=SHORT))
         with pytest.raises(BadSettings, match="3 pairs of wheel speeds"):
             one.step({name: np.zeros(3) for name in one.agents})

@@ -67,15 +67,13 @@ def test_pass():
     ((0.3, 0.0), "front"), ((0.0, 0.3), "left"), ((-0.3, 0.0), "back"), ((0.0, -0.3), "right"),
     ((0.2, 0.19), "front"), ((0.19, 0.2), "left"), ((-0.2, 0.19), "back"),
 ])
-@pytest.mark.parametrize("team", [HOME, AWAY])
-def test_direction(way, direction, team):
+def test_direction(way, direction):
     """A pass has the direction in which its team sees it go."""
-    turn = 1 if team == HOME else -1
-    x, y = way[0] * turn, way[1] * turn
+    x, y = way
     length = math.hypot(x, y)
     there = (x * (1 + 0.05 / length), y * (1 + 0.05 / length))
     back = (-x * 0.06 / length, -y * 0.06 / length)
-    it = found(match([(0, 0, 0), (1, 0, 0), (2, x, y), (4, x, y)], {(team, 1): back, (team, 2): there}))
+    it = found(match([(0, 0, 0), (1, 0, 0), (2, x, y), (4, x, y)], {(HOME, 1): back, (HOME, 2): there}))
     assert it.passes["direction"].to_list() == [direction]
 
 
@@ -188,22 +186,20 @@ def test_stopped_by():
     assert shot()["by"].to_list() == [None]
 
 
-def past(to_y, seconds=1.0, team=HOME, **changes):
-    """The outcome of a team's shot that crosses the goal line so far from the goal's middle, if it is one."""
-    turn, other = (1, AWAY) if team == HOME else (-1, HOME)
-    x, y = 0.8 * turn, to_y * 0.8 / 0.75 * turn
-    robots = {(team, 1): (-0.06 * turn, 0.0), (other, 0): (0.7 * turn, 0.0)}
+def past(to_y, seconds=1.0, **changes):
+    """The outcome of a shot that crosses the goal line so far from the goal's middle, if it is one."""
+    x, y = 0.8, to_y * 0.8 / 0.75
+    robots = {(HOME, 1): (-0.06, 0.0), (AWAY, 0): (0.7, 0.0)}
     return shot([*SHOT[:2], (1 + seconds, x, y), (4, x, y)], robots, SCORED[:1], **changes)["outcome"].to_list()
 
 
 @pytest.mark.parametrize("side", [1, -1])
-@pytest.mark.parametrize("team", [HOME, AWAY])
-def test_wide(side, team):
+def test_wide(side):
     """A ball past the post is a wide shot, up to a goal width from the goal's middle."""
-    assert past(0.19 * side, team=team) == ["missed"]
-    assert past(0.25 * side, team=team) == past(0.38 * side, team=team) == ["wide"]
-    assert past(0.42 * side, team=team) == []
-    assert past(0.42 * side, team=team, wide=1.5) == ["wide"]
+    assert past(0.19 * side) == ["missed"]
+    assert past(0.25 * side) == past(0.38 * side) == ["wide"]
+    assert past(0.42 * side) == []
+    assert past(0.42 * side, wide=1.5) == ["wide"]
 
 
 def test_wide_is_fast():

@@ -69,10 +69,6 @@ def shares_named(*, with_ball):
     )
 
 
-def limit(code):
-    return LIMIT_S[code]
-
-
 class TestExecutors:
     def test_all_of_table_1(self):
         """There is an executor for every situation of table 1."""
@@ -85,11 +81,11 @@ class TestExecutors:
         assert len(tracks) == 30
         lasted = np.array([len(track) * FRAME_S for track, _ in tracks])
         over = np.array([over for _, over in tracks])
-        assert lasted.max() <= limit(code) + 1e-9
+        assert lasted.max() <= LIMIT_S[code] + 1e-9
         if code == BY_CHANCE:
-            assert lasted[over] == pytest.approx(limit(code))
+            assert lasted[over] == pytest.approx(LIMIT_S[code])
         else:
-            assert np.mean(over & (lasted < limit(code) - 1e-9)) >= AT_LEAST.get(code, 0.7)
+            assert np.mean(over & (lasted < LIMIT_S[code] - 1e-9)) >= AT_LEAST.get(code, 0.7)
 
     @pytest.mark.parametrize("code", [22, 23])
     def test_the_other_gets_it(self, code):
@@ -159,7 +155,7 @@ class TestExecutors:
         while not executors.act(1, view, m, memory, wheels):
             assert np.abs(wheels).max() <= m.top + 1e-12
             frames += 1
-        assert frames * m.frame_s <= limit(code) + 1e-9
+        assert frames * m.frame_s <= LIMIT_S[code] + 1e-9
 
     @pytest.mark.parametrize(("code", "row"), [
         (138, 6), (139, 5), (140, 4), (150, 6), (151, 5), (152, 4), (162, 2), (163, 3), (173, 2), (174, 3),

@@ -23,7 +23,7 @@ from support.planning import (
 )
 from support.small_games import named, tables
 
-from pitchlore.pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
+from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.stages.paradigms.games.game import Game
 from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
 from pitchlore.pipeline.stages.paradigms.games.matrix import (
@@ -327,29 +327,3 @@ class TestPlanning:
         """Values that do not converge are refused."""
         with pytest.raises(BadSettings, match="do not converge within 100,000 sweeps at discount 1"):
             value_iteration(climbing(), 1.0)
-
-    @pytest.mark.parametrize(
-        "wrong",
-        [{"discount": -0.1}, {"discount": 1.1}, {"discount": math.nan}, {"tolerance": 0.0}, {"tolerance": math.inf},
-         {"tolerance": math.nan}],
-    )
-    def test_bad_settings(self, wrong):
-        """A discount or tolerance out of bounds is refused."""
-        with pytest.raises(BadSettings, match=next(iter(wrong))):
-            value_iteration(climbing(), **{"discount": 0.5} | wrong)
-
-    @pytest.mark.parametrize("policy", [np.array([9]), np.array([-1]), np.array([0.0]), np.array([0, 0])])
-    def test_bad_policies(self, policy):
-        """A policy of another shape or type, or of unknown actions, is refused."""
-        with pytest.raises(SchemaMismatch, match="policy is not int64"):
-            evaluate(climbing(), policy, 0.5)
-
-    def test_unknown_agent(self):
-        """An agent that is not there is refused."""
-        with pytest.raises(NotFound, match="no agent 2"):
-            best_response(climbing(), np.array([0]), 2, 0.5)
-
-    def test_allowed_type(self):
-        """Allowed actions of another type are refused."""
-        with pytest.raises(SchemaMismatch, match="allowed is not bool"):
-            path_length(climbing(), np.ones((1, 9)))

@@ -36,6 +36,7 @@ def test_maker(name):
     """Each goal is given to the robot that both judges saw make it."""
     goals = attributed(name)
     assert goals.height == VERDICTS.filter(pl.col("recording") == name).height > 0
+    assert goals["robot"].null_count() == 0, "every goal was made by somebody"
     agreed = goals.filter(pl.col("a_robot") == pl.col("b_robot"), pl.col("a_team") == pl.col("b_team"))
     assert agreed.select("goal", team="of", robot=pl.col("robot").cast(pl.Int64)).rows() == agreed.select(
         "goal", "a_team", "a_robot").rows()

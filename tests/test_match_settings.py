@@ -7,7 +7,6 @@ import json
 import numpy as np
 import pytest
 
-from pitchlore.flows.cli import main
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, match_settings
 from pitchlore.pipeline.base.errors import BadSettings
@@ -21,14 +20,14 @@ def settings(text):
 
 
 @pytest.fixture
-def recorded(tmp_path, capsys):
+def recorded(tmp_path, call):
     """Record by a settings file; what the command says, and the logs."""
 
     def run(text, *words):
         (tmp_path / "match.toml").write_text(text)
-        with pytest.raises(SystemExit, match="0"):
-            main(["record", "--settings", str(tmp_path / "match.toml"), *words, "--json", "--data", str(tmp_path / "data")])
-        rows, store = json.loads(capsys.readouterr().out), Store(tmp_path / "data")
+        code, out, _ = call("record", "--settings", tmp_path / "match.toml", *words, "--json", "--data", tmp_path / "data")
+        assert code == 0
+        rows, store = json.loads(out), Store(tmp_path / "data")
         return rows, [log.read(store.read(store.receipt("matches", row["match_id"]), "log"), where="log") for row in rows]
 
     return run
@@ -105,14 +104,13 @@ def test_options_before_file(recorded):
     assert all(len(match.frames.robots) == 4 * len(match.frames) for match in logs)
 
 
-def test_evaluation_settings(tmp_path, capsys):
+def test_evaluation_settings(tmp_path, call):
     """An evaluation is played by the same settings file."""
     (tmp_path / "match.toml").write_text('robots = 2\n[pitch]\nkind = "ssl"\n[referee]\nduration_s = 3.0')
-    words = ["evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--on", "processes:1", "--json",
-             "--data", str(tmp_path / "data")]
-    with pytest.raises(SystemExit, match="0"):
-        main([*words, "--settings", str(tmp_path / "match.toml")])
-    found = json.loads(capsys.readouterr().out)
+    code, out, _ = call("evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--on", "processes:1",
+                        "--json", "--data", tmp_path / "data", "--settings", tmp_path / "match.toml")
+    assert code == 0
+    found = json.loads(out)
     assert found["minutes"] == 0.05
     assert "a second script" in found["note"]
     (receipt,) = Store(tmp_path / "data").receipts("evaluations")

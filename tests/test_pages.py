@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -12,7 +11,7 @@ from urllib.parse import unquote
 import pytest
 from conftest import ROOT
 from cyclopts import CycloptsError, MissingArgumentError
-from support.pages import tracked
+from support.pages import reference, tracked
 from support.shown import commands, fences
 
 from pitchlore.flows.cli import command_line
@@ -32,12 +31,9 @@ def prose(text: str) -> Iterator[tuple[int, str]]:
 
 
 @cache
-def reference() -> dict[str, str]:
+def made_pages() -> dict[str, str]:
     """Pages of the reference, as ``make docs`` writes them: text by name."""
-    spec = importlib.util.spec_from_file_location("reference", ROOT / "docs" / "reference.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return {name: page() for name, page in module.PAGES.items()}
+    return {name: page() for name, page in reference().PAGES.items()}
 
 
 def anchors(text: str) -> set[str]:
@@ -54,7 +50,7 @@ def anchors(text: str) -> set[str]:
 
 def broken(root: Path, page: Path) -> list[str]:
     """Relative links of a page to no file, or to no heading; those of the reference are headings of the site's."""
-    made = {root / "docs" / "reference" / name: text for name, text in reference().items()}
+    made = {root / "docs" / "reference" / name: text for name, text in made_pages().items()}
     out = []
     for number, line in prose(page.read_text(encoding="utf-8")):
         for link in LINK.findall(line):

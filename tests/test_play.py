@@ -17,13 +17,12 @@ from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import controller_of
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.arena import Arena
-from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.game.bodies import BALL
-from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
 from pitchlore.pipeline.store import Store
+from pitchlore.schemas import ROLES
 
 MINUTE = 3600
 
@@ -41,26 +40,15 @@ def short():
     return log.read(logged(recipe()), where="here")
 
 
-def test_frame_times(short):
-    """A match has a frame each sixtieth of a second and one at the final whistle."""
+def test_frames_and_events(short):
+    """A match has a frame each sixtieth of a second, a kick-off, one half-time and the end; the score counts the goals."""
     assert len(short.frames) == 20 * 60 + 1
-    assert short.frames.t_ns[0] == 0
-    assert short.frames.t_ns[60] == 1_000_000_000
+    assert short.frames.t_ns[[0, 60]].tolist() == [0, 1_000_000_000]
     assert short.info.complete
     assert (short.frames.counts() == 6).all()
-
-
-def test_first_and_last_event(short):
-    """A match begins with a kick-off, has one half-time and ends with the end."""
     events = short.referee["event"].to_list()
-    assert events[0] == "kick-off"
-    assert events[-1] == "end"
-    assert events.count("half") == 1
+    assert (events[0], events[-1], events.count("half")) == ("kick-off", "end", 1)
     assert [p.home_attacks for p in short.info.periods] == [1, -1]
-
-
-def test_score(short):
-    """The score counts the goals."""
     goals = short.referee.filter(pl.col("event") == "goal")
     for team in ("home", "away"):
         assert short.referee[f"score_{team}"][-1] == goals.filter(pl.col("team") == team).height
@@ -76,11 +64,6 @@ def test_rest_after_goal():
     rows = part.frames.robots[part.frames.offsets[int(np.searchsorted(part.frames.t_ns, again)) - 1]:][:6]
     assert np.hypot(rows["vx"], rows["vy"]).max() < 0.05
     assert again - goal == 500_000_000
-
-
-def test_same_recipe():
-    """The same recipe gives the same bytes."""
-    assert logged(recipe(seed=5)) == logged(recipe(seed=5))
 
 
 #: Records a match into the folder in which it runs, and says where its log is.
@@ -139,19 +122,6 @@ def test_lead():
     assert played.take().referee["score_home"].to_list()[0] == 7
 
 
-def test_camera():
-    """A camera hides robots and the ball from the players and from the log."""
-    there = match(recipe(seconds=5.0))
-    seen = match(recipe(seconds=5.0, camera=CameraSettings(robot_unseen=0.2, ball_unseen=0.1)))
-    there.advance(301)
-    seen.advance(301)
-    frames = seen.take().frames
-    assert 0.7 < frames.counts().mean() / 6 < 0.9
-    assert 0.03 < np.isnan(frames.ball["x"]).mean() < 0.2
-    assert not np.isnan(frames.robots["x"]).any()
-    assert (there.bodies != seen.bodies).any()
-
-
 def test_leaving_early():
     """Leaving early ends the match there, and the log says so."""
     played = match(recipe(seconds=60.0))
@@ -193,15 +163,26 @@ def test_person():
 # --- the learned team ----------------------------------------------------------------------------
 
 
-def decided(of, known, frames=601):
+def learned(seconds=10.0, **home):
+    """A recipe of a learned team against static."""
+    return recipe("learned", seconds=seconds).model_copy(update={"home": TeamSettings(kind="learned", **home)})
+
+
+def known_to_all(*values):
+    """A policy that has behaviours and their values, and evidence if any, in all states of all roles."""
+    return policy(*((role, 0, *value) for role in ROLES for value in values))
+
+
+def decided(of, known):
+    """Decisions of the whole match."""
     played = match(of, known)
-    played.advance(frames)
+    played.advance(round(of.referee.duration_s * 60) + 1)
     return played.take().decisions
 
 
 def test_no_knowledge():
     """A learned team that knows nothing moves randomly."""
-    made = decided(recipe("learned", "static", seconds=10.0), None)
+    made = decided(learned(), None)
     assert made["behaviour_id"].null_count() == made.height > 60
     assert made["random"].all()
     assert (made["team"] == "home").all()
@@ -212,18 +193,14 @@ def test_no_knowledge():
 
 def test_best_behaviour():
     """The best behaviour is taken, and the decision names it."""
-    roles = ("goalkeeper", "midfield", "striker")
-    known = policy(*((role, 0, codes, q) for role in roles for codes, q in (("046-044-021", 0.5), ("194", 0.1))))
-    made = decided(recipe("learned", "static", seconds=10.0), known)
-    assert set(made["behaviour_id"]) == {f"{role}-046-044-021" for role in roles}
+    made = decided(learned(), known_to_all(("046-044-021", 0.5), ("194", 0.1)))
+    assert set(made["behaviour_id"]) == {f"{role}-046-044-021" for role in ROLES}
     assert not made["random"].any()
 
 
 def test_ties():
     """Ties are broken by chance."""
-    known = policy(*((role, 0, codes, 0.5) for role in ("goalkeeper", "midfield", "striker")
-                     for codes in ("184", "057", "078")))
-    made = decided(recipe("learned", "static", seconds=20.0), known, 1201)
+    made = decided(learned(20.0), known_to_all(*((codes, 0.5) for codes in ("184", "057", "078"))))
     shares = made["behaviour_id"].str.slice(-3).value_counts(normalize=True)
     assert shares.height == 3
     assert shares["proportion"].min() > 0.1
@@ -231,98 +208,59 @@ def test_ties():
 
 def test_exploration():
     """Exploration takes any behaviour that is known in the state."""
-    known = policy(*((role, 0, codes, q) for role in ("goalkeeper", "midfield", "striker")
-                     for codes, q in (("184", 0.5), ("057", 0.1))))
-    of = recipe("learned", "static", seconds=20.0)
-    of = of.model_copy(update={"home": TeamSettings(kind="learned", explore=0.5)})
-    made = decided(of, known, 1201)
+    made = decided(learned(20.0, explore=0.5), known_to_all(("184", 0.5), ("057", 0.1)))
     assert 0.3 < made["random"].mean() < 0.7
     assert 0.1 < (made["behaviour_id"].str.ends_with("057")).mean() < 0.45
 
 
-ALL = ("goalkeeper", "midfield", "striker")
-
-
 def test_posterior_draws():
     """A team in doubt draws its values at each restart and keeps them while play is on."""
-    known = policy(*((role, 0, codes, 0.5) for role in ALL for codes in ("184", "057", "078")))
-    of = recipe("learned", "static", seconds=120.0)
-    of = of.model_copy(update={"home": TeamSettings(kind="learned", posterior_std=1.0)})
-    made = decided(of, known, 120 * 60 + 1)
+    made = decided(learned(120.0, posterior_std=1.0), known_to_all(*((codes, 0.5) for codes in ("184", "057", "078"))))
     a_role = made.group_by("episode", "role").agg(pl.col("behaviour_id").n_unique())
     assert (a_role["behaviour_id"] == 1).all()
-    assert made["behaviour_id"].n_unique() == 3 * len(ALL)
+    assert made["behaviour_id"].n_unique() == 3 * len(ROLES)
     assert not made["random"].any()
 
 
 def test_evidence():
     """The more evidence a value has, the narrower its interval."""
     # the worse one is believed to be the better one where N(.2, 1 + 1 / 9) > 0: 57 %; and 0 % once it is known
-    kicks = ((1.0, 0.35, 0.65), (1e6, 0.0, 0.0))
-    for evidence, least, most in kicks:
-        known = policy(*((role, 0, codes, q, n) for role in ALL
-                         for codes, q, n in (("184", 0.2, 9 * evidence), ("057", 0.0, evidence))))
-        of = recipe("learned", "static", seconds=240.0)
-        of = of.model_copy(update={"home": TeamSettings(kind="learned", posterior_std=1.0)})
-        made = decided(of, known, 240 * 60 + 1)
+    for evidence, least, most in ((1.0, 0.35, 0.65), (1e6, 0.0, 0.0)):
+        known = known_to_all(("184", 0.2, 9 * evidence), ("057", 0.0, evidence))
+        made = decided(learned(240.0, posterior_std=1.0), known)
         first = made.group_by("episode", "role").agg(pl.col("behaviour_id").first().str.ends_with("057").alias("worse"))
         assert least <= first["worse"].mean() <= most
 
 
 def test_caution():
     """A cautious team prefers a well-known behaviour to a better one that it hardly knows."""
-    known = policy(*((role, 0, codes, q, n) for role in ALL
-                     for codes, q, n in (("184", 0.5, 1.0), ("057", 0.1, 100.0))))
+    known = known_to_all(("184", 0.5, 1.0), ("057", 0.1, 100.0))
     for lcb_weight, codes in ((0.0, "184"), (0.4, "184"), (0.5, "057")):  # .5 - c against .1 - c / 10
-        of = recipe("learned", "static", seconds=10.0)
-        of = of.model_copy(update={"home": TeamSettings(kind="learned", lcb_weight=lcb_weight)})
-        assert set(decided(of, known)["behaviour_id"]) == {f"{role}-{codes}" for role in ALL}
+        made = decided(learned(lcb_weight=lcb_weight), known)
+        assert set(made["behaviour_id"]) == {f"{role}-{codes}" for role in ROLES}
 
 
 def test_key_order():
     """A finer key goes first, and a coarser one is the fallback."""
-    of = recipe("learned", "static", seconds=10.0)
-    first = decided(of, None, 1).filter(pl.col("robot") == 1)
-    assert first.height == 0  # the episode is not over
-    whole = decided(of, None)
-    one = whole.filter(pl.col("t_ns") == 0).row(0, named=True)
-    known = pl.concat([
-        policy((one["role"], one["state"], "184", 0.5), key="full36"),
-        policy(*((role, 0, "057", 0.1) for role in ("goalkeeper", "midfield", "striker"))),
-    ])
-    made = decided(of, known)
+    one = decided(learned(), None).filter(pl.col("t_ns") == 0).row(0, named=True)
+    made = decided(learned(), pl.concat([
+        policy((one["role"], one["state"], "184", 0.5), key="full36"), known_to_all(("057", 0.1))]))
     same = made.filter(pl.col("t_ns") == 0, pl.col("role") == one["role"])
     assert same["behaviour_id"].to_list() == [f"{one['role']}-184"]
     assert (made["behaviour_id"].str.ends_with("057")).mean() > 0.9
 
 
 def test_episode_decisions():
-    """The decisions of an episode follow each other, and only the last can have a reward."""
-    made = decided(recipe("learned", "static", seconds=60.0), None, MINUTE + 1)
+    """The decisions of an episode follow each other, only the last can have a reward, and a team sees one state at a time."""
+    made = decided(learned(60.0), None)
     for _, own in made.group_by("robot", "episode"):
         rows = own.sort("t_ns")
         assert (rows["end_ns"].to_list()[:-1]) == rows["t_ns"].to_list()[1:]
         assert rows["ends"].to_list() == [None] * (rows.height - 1) + ["terminal"]
         assert (rows["reward"][:-1] == 0).all()
     assert made["reward"].min() == -1.0  # static scores within a minute
-
-
-def test_states():
-    """Robots of a team that decide at the same time log the same state."""
-    of = recipe("learned", "static", seconds=5.0)
-    made = decided(of, None, 301)
     assert made["state"].min() >= 0
-    same = made.group_by("t_ns").agg(pl.col("state").n_unique())
-    assert (same["state"] == 1).all()  # all robots of a team see the same
-
-
-def test_log_fields():
-    """The frames of a match have the fields of the log and no others."""
-    taken = match(recipe(seconds=1.0))
-    taken.advance(10)
-    frames = taken.take().frames
-    assert frames.ball.dtype == BALL_DTYPE
-    assert frames.robots.dtype == ROBOT_DTYPE
+    assert (made.group_by("t_ns").agg(pl.col("state").n_unique())["state"] == 1).all()
 
 
 @pytest.mark.parametrize(("ball", "robots", "pair"), [

@@ -5,14 +5,14 @@ import json
 import re
 import struct
 import zlib
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.handmade import handmade
+from support.handmade import derived, handmade
+from support.recordings import RSIM, imported
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -20,7 +20,6 @@ from pitchlore.pipeline.views.replay import FAMILIES, page
 from pitchlore.pipeline.views.replay.packing import HEADED, NO_STRENGTH, SEEN, SUSPECT, TURN
 from pitchlore.schemas import Goals, Matches, Referee, Situations, Trajectories
 
-SAMPLE = Path(__file__).parents[1] / "data" / "samples" / "rsim-vss-3v3.parquet"
 MS = 1_000_000
 VSSS = PITCHES[Kind.VSSS]
 NASTY = "</script><script>alert(1)</script><!--{{payload}}{{title}}\"'&\u2028"
@@ -218,11 +217,12 @@ def test_near_leaves_out():
     assert decode(make(table))["samples"] == 41
 
 
-@pytest.mark.parametrize("near", [-0.1, float("nan"), float("inf")])
-def test_bad_nearness(near):
-    """A distance that cannot be is refused."""
-    with pytest.raises(BadSettings, match="near cannot be"):
-        make(near=near)
+@pytest.mark.parametrize(("option", "value"), [
+    *(("near", value) for value in (-0.1, float("nan"), float("inf"))), *(("hz", value) for value in (0, -1, float("nan"), 1e6))])
+def test_refused(option, value):
+    """A distance or a rate that cannot be is refused."""
+    with pytest.raises(BadSettings, match=f"{option} cannot be"):
+        make(**{option: value})
 
 
 def test_gaps():
@@ -354,30 +354,12 @@ def test_nothing_to_show():
         make(Trajectories.empty())
 
 
-@pytest.mark.parametrize("hz", [0, -1, float("nan"), 1e6])
-def test_bad_rate(hz):
-    """A rate that cannot be is refused."""
-    with pytest.raises(BadSettings, match="hz cannot be"):
-        make(hz=hz)
-
-
 @pytest.mark.slow
 def test_page_size():
     """Ten minutes of a real match fit in a megabyte, to the millimetre."""
-    raw = pl.read_parquet(SAMPLE)
-    table = raw.select(
-        match_id=pl.lit("m-1"), frame=pl.col("frame").cast(pl.UInt32),
-        t_ns=(pl.col("t") * 1000).round().cast(pl.Int64) * MS,
-        team=pl.col("team").replace_strict({"ball": "ball", "blue": "home", "yellow": "away"}).cast(Trajectories.dtypes()["team"]),
-        robot=pl.col("player").cast(pl.Int16), x="x", y="y", theta="heading",
-        segment=pl.lit(0, pl.Int32), suspect=pl.lit(value=False),
-    )
-    # as many situations as the recogniser finds: one every 0.4 s of each robot
-    done = situations([
-        (team, robot, 46, "Robot approaches the ball", t, t + 390 + 7 * (t % 5), (t % 101) / 100, "ball")
-        for team in ("home", "away") for robot in range(3) for t in range(0, 599_000, 437)
-    ])
-    html = make(table, done=done)
+    made = derived(imported(RSIM))
+    table = made["trajectories"]
+    html = make(table, done=made["situations"], goals=made["goals"], passes=made["passes"], shots=made["shots"])
     assert len(html.encode()) < 1_000_000
     facts = decode(html)
     assert facts["samples"] == 12_000

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import chdir
 
 import pytest
-from support.shown import FOLDERS, Folder, blocks, commands, pages, picked, shown, standing, there
+from support.shown import FOLDERS, Folder, blocks, commands, pages, shown, standing, there
 
 
 @pytest.fixture(scope="module")
@@ -64,21 +64,3 @@ def test_shown_says_what_prints_it(tmp_path, monkeypatch):
         page.write_text(f"# A\n\n{mark}```\n1\n```\n", encoding="utf-8")
         with pytest.raises(ValueError, match=r"page\.md:"):
             shown(page)
-
-
-def test_shown_commands():
-    """A fence of commands: comments, quotations over lines; a question in SQL."""
-    assert commands("console", "pitchlore run  # all\npitchlore sql \"from\n  goals\"") == (
-        ("pitchlore", "run"), ("pitchlore", "sql", "from\n  goals"))
-    assert commands("sql", "select 1\n  as one") == (("pitchlore", "sql", "select 1 as one"),)
-
-
-def test_shown_picked():
-    """Lines by number and by text, with a mark for those that are left out; none that is not there."""
-    lines = ["one", "two", "three", "four", "five"]
-    assert picked(lines, "") == lines
-    assert picked(lines, '1-2 "four"') == ["one", "two", "…", "four", "…"]
-    assert picked(lines, '"three"+2') == ["…", "three", "four", "five"]
-    for picks in ("6", "3 1", '"six"', '"five"+1'):
-        with pytest.raises(ValueError, match="no such line"):
-            picked(lines, picks)

@@ -11,7 +11,6 @@ import numpy as np
 import polars as pl
 import pytest
 
-from pitchlore.flows.cli import main
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.human import DriveCommand
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -189,16 +188,9 @@ class TestWindow:
             assert pygame.display.get_surface().get_size() == (500, 470)
 
 
-def call(capsys, *words):
-    """Exit code, standard output and standard error of `pitchlore play`."""
-    with pytest.raises(SystemExit) as stop:
-        main(["play", *map(str, words)])
-    return stop.value.code, *capsys.readouterr()
-
-
-def played(capsys, data, *words):
+def played(call, data, *words):
     """The report of a match, the store, its receipt and its log."""
-    code, out, _ = call(capsys, "--json", "--data", data, *words)
+    code, out, _ = call("play", "--json", "--data", data, *words)
     assert code == 0
     report, store = json.loads(out), Store(data)
     receipt = store.receipt("matches", report["match_id"])
@@ -212,6 +204,12 @@ def path(match, team, number):
     return np.stack([mine["x"], mine["y"], mine["theta"]], axis=1).astype(float)
 
 
+def ahead(match):
+    """The way of home 1 from frame 2 to 32, metres in its direction."""
+    keeper = path(match, HOME, 1)
+    return (keeper[32, :2] - keeper[2, :2]) @ [math.cos(keeper[2, 2]), math.sin(keeper[2, 2])]
+
+
 def watched(monkeypatch):
     """The robots that are driven, frame by frame, as the match goes on."""
     drove, picture = [], PersonMatch._picture
@@ -221,25 +219,22 @@ def watched(monkeypatch):
 
 
 class TestPlay:
-    def test_at_the_keys(self, monkeypatch, capsys, tmp_path):
+    def test_at_the_keys(self, monkeypatch, call, tmp_path):
         """A person's keys are in the log of the match."""
         switches = {60: [key(pygame.K_UP, down=False), key(pygame.K_TAB)], 61: [key(pygame.K_SPACE)]}
         script(monkeypatch, {1: [key(pygame.K_TAB)], 2: [key(pygame.K_UP)], 40: [key(pygame.K_RIGHT)],
                              50: [key(pygame.K_RIGHT, down=False)], **switches,
                              90: [key(pygame.K_SPACE, down=False)], 100: [key(pygame.K_ESCAPE)]})
         drove = watched(monkeypatch)
-        report, store, receipt, match = played(capsys, tmp_path, "--seed", "1", "--minutes", "1")
+        report, store, receipt, match = played(call, tmp_path, "--seed", "1", "--minutes", "1")
 
         # the taker of the kick-off, then the goalkeeper, then the next
         assert [drove[0], *(b for a, b in pairwise(drove) if a != b)] == [3, 1, 2]
         assert drove.index(2) == 60
-        keeper = path(match, HOME, 1)
-        gone = keeper[32, :2] - keeper[2, :2]  # half a second at 0.72 m/s, but for the start
-        assert gone @ [math.cos(keeper[2, 2]), math.sin(keeper[2, 2])] == pytest.approx(0.72 * 0.5 - 0.04, abs=0.03)
-        turned = np.unwrap(keeper[:, 2])
+        assert ahead(match) == pytest.approx(0.72 * 0.5 - 0.04, abs=0.03)  # half a second at 0.72 m/s, but for the start
+        turned = np.unwrap(path(match, HOME, 1)[:, 2])
         assert turned[55] - turned[40] == pytest.approx(-5.0 * 10 / 60, rel=0.15)
-        dash = path(match, HOME, 2)
-        speed = np.hypot(*np.diff(dash[:, :2], axis=0).T) * 60
+        speed = np.hypot(*np.diff(path(match, HOME, 2)[:, :2], axis=0).T) * 60
         assert speed[62:90].max() > 0.9  # more than anybody drives without Space
 
         assert report["complete"] is False
@@ -251,7 +246,7 @@ class TestPlay:
         assert end["t_ns"] == match.frames.t_ns[-1]
         assert not list((tmp_path / "playing").glob("*.mcap"))
 
-    def test_at_the_pad(self, monkeypatch, capsys, tmp_path):
+    def test_at_the_pad(self, monkeypatch, call, tmp_path):
         """A person's pad is in the log of the match."""
         opened = []
 
@@ -275,25 +270,23 @@ class TestPlay:
             90: [button(pygame.CONTROLLER_BUTTON_BACK)],
         })
         drove = watched(monkeypatch)
-        _, store, receipt, match = played(capsys, tmp_path, "--seed", "1", "--minutes", "1")
+        _, store, receipt, match = played(call, tmp_path, "--seed", "1", "--minutes", "1")
 
         assert opened == [0]
         assert [drove[0], *(b for a, b in pairwise(drove) if a != b)] == [3, 1, 2]
-        keeper = path(match, HOME, 1)
-        gone = keeper[32, :2] - keeper[2, :2]  # half a second at half of 0.72 m/s, but for the start
-        assert gone @ [math.cos(keeper[2, 2]), math.sin(keeper[2, 2])] == pytest.approx(0.36 * 0.5 - 0.01, abs=0.02)
+        assert ahead(match) == pytest.approx(0.36 * 0.5 - 0.01, abs=0.02)  # at half of 0.72 m/s, but for the start
         speed = np.hypot(*np.diff(path(match, HOME, 2)[:, :2], axis=0).T) * 60
         assert speed[50:70].max() > 0.9  # more than anybody drives without A
         row = store.read_table(receipt, "matches", Matches).row(0, named=True)
         assert row["incomplete_reason"].startswith("left after 1.3")  # 90 frames, of which 10 were a pause
 
-    def test_log_elsewhere(self, monkeypatch, capsys, tmp_path):
+    def test_log_elsewhere(self, monkeypatch, call, tmp_path):
         """The log of a match can be imported into another data folder."""
         from pitchlore.pipeline.engine.matches import import_recording
         from pitchlore.pipeline.engine.recordings import Recording
 
         script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
-        report, store, receipt, match = played(capsys, tmp_path / "here")
+        report, store, receipt, match = played(call, tmp_path / "here")
         file = tmp_path / "mine.mcap"
         file.write_bytes(store.read(receipt, "log"))
         there = Store(tmp_path / "there")
@@ -304,11 +297,11 @@ class TestPlay:
         assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
         assert again.info == match.info
 
-    def test_final_whistle(self, monkeypatch, capsys, tmp_path):
+    def test_final_whistle(self, monkeypatch, call, tmp_path):
         """A person can play as away to the final whistle, and a pause takes nothing off the match."""
         script(monkeypatch, {1: [key(pygame.K_UP)], 20: [key(pygame.K_p)], 50: [key(pygame.K_p)]})
         report, _, _, match = played(
-            capsys, tmp_path, "--as", "away", "--against", "random", "--minutes", "0.02")
+            call, tmp_path, "--as", "away", "--against", "random", "--minutes", "0.02")
         assert report["complete"]
         assert report["as"] == "away"
         assert match.info.away == "human"
@@ -317,16 +310,16 @@ class TestPlay:
         moved = [np.hypot(*(path(match, AWAY, n)[-1] - path(match, AWAY, n)[0])[:2]) for n in (1, 2, 3)]
         assert max(moved) > 0.1
 
-    def test_seed_again(self, monkeypatch, capsys, tmp_path):
+    def test_seed_again(self, monkeypatch, call, tmp_path):
         """No match is played over another with the same seed."""
         script(monkeypatch, *[{5: [key(pygame.K_ESCAPE)]}] * 3)
-        ids = [played(capsys, tmp_path)[0]["match_id"] for _ in range(2)]
+        ids = [played(call, tmp_path)[0]["match_id"] for _ in range(2)]
         assert ids[0] != ids[1]
-        code, _, error = call(capsys, "--seed", 1, "--data", tmp_path)
+        code, _, error = call("play", "--seed", 1, "--data", tmp_path)
         assert code == 1
         assert "has been played with seed 1. Give another --seed, or none." in error
 
-    def test_broken_off(self, monkeypatch, capsys, tmp_path):
+    def test_broken_off(self, monkeypatch, call, tmp_path):
         """An error that breaks the match off leaves its log for the next run."""
         from pitchlore.pipeline.engine.recordings import inbox
 
@@ -334,41 +327,38 @@ class TestPlay:
             raise RuntimeError("the screen is gone")
 
         monkeypatch.setattr(Window, "due", due)
-        code, _, error = call(capsys, "--data", tmp_path)
+        code, _, error = call("play", "--data", tmp_path)
         assert code == 1
         assert "the screen is gone" in error
         assert [r.file.name.startswith("human-static-1-") for r in inbox(Store(tmp_path))] == [True]
 
-    def test_unknown_team(self, capsys, tmp_path):
+    @pytest.mark.parametrize(("driver", "said"), [
+        ("none-such", "no window can be opened"), ("offscreen", "no window can be opened (there is no display)"),
+    ])
+    def test_without_a_screen(self, monkeypatch, call, tmp_path, driver, said):
+        """Without a screen, play says so in one line, and does not let SDL paint for nobody."""
+        for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+            monkeypatch.delenv(name, raising=False)
+        if driver == "offscreen":
+            monkeypatch.setattr(pygame.display, "get_driver", lambda: driver)
+        else:
+            monkeypatch.setenv("SDL_VIDEODRIVER", driver)
+        code, _, error = call("play", "--data", tmp_path)
+        assert (code, error.count("\n")) == (1, 1)
+        assert said in error
+        assert not (tmp_path / "matches").exists()
+
+    def test_unknown_team(self, call, tmp_path):
         """An unknown opponent is refused."""
-        code, _, error = call(capsys, "--against", "brazil", "--data", tmp_path)
+        code, _, error = call("play", "--against", "brazil", "--data", tmp_path)
         assert code == 1
         assert "'brazil' is no team" in error
 
-    def test_without_a_screen(self, monkeypatch, capsys, tmp_path):
-        """Without a screen, play says in one line that no window can be opened."""
-        monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
-        code, _, error = call(capsys, "--data", tmp_path)
-        assert code == 1
-        assert "no window can be opened" in error
-        assert error.count("\n") == 1
-        assert not (tmp_path / "matches").exists()
 
-    def test_offscreen(self, monkeypatch, capsys, tmp_path):
-        """Without a display, play refuses to let SDL paint for nobody."""
-        for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
-            monkeypatch.delenv(name, raising=False)
-        monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
-        code, _, error = call(capsys, "--data", tmp_path)
-        assert code == 1
-        assert "no window can be opened (there is no display)" in error
-        assert not (tmp_path / "matches").exists()
-
-
-def test_without_pygame(monkeypatch, capsys, tmp_path):
+def test_without_pygame(monkeypatch, call, tmp_path):
     """Without pygame, play says in one line how to install it."""
     without_pygame(monkeypatch)
-    code, out, error = call(capsys, "--data", tmp_path)
+    code, out, error = call("play", "--data", tmp_path)
     assert (code, out) == (1, "")
     assert error == ("pitchlore: play: its window needs pygame-ce, which is not installed. "
                      "Install the extra pitchlore[play].\n")

@@ -8,6 +8,7 @@ dict, and priorities are painted on a list. Both must find the same situations.
 from __future__ import annotations
 
 import ast
+import functools
 import itertools
 import math
 from collections import defaultdict
@@ -241,13 +242,11 @@ def unless_unknown(extreme: Any, degrees: list[float]) -> float:
     return NAN if math.isnan(sum(degrees)) else extreme(degrees)
 
 
-_TREES: dict[str, ast.expr] = {}
 
 
+@functools.cache
 def tree(text: str) -> ast.expr:
-    if text not in _TREES:
-        _TREES[text] = ast.parse(text, mode="eval").body
-    return _TREES[text]
+    return ast.parse(text, mode="eval").body
 
 
 class Robot:

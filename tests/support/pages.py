@@ -1,9 +1,12 @@
-"""Files of the checkout, as git has them."""
+"""Files of the checkout, as git has them, and the generator of the reference."""
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
+from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -15,3 +18,14 @@ def tracked(*patterns: str, root: Path = ROOT) -> list[Path]:
     if done.returncode:
         return sorted(path for pattern in patterns for path in root.rglob(pattern))
     return [root / name for name in sorted(set(done.stdout.split("\0")) - {""}) if (root / name).is_file()]
+
+
+@cache
+def reference() -> ModuleType:
+    """The module that writes the pages of the reference."""
+    spec = importlib.util.spec_from_file_location("reference", ROOT / "docs" / "reference.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

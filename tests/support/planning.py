@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pitchlore.pipeline.base.errors import BadSettings, NotFound, SchemaMismatch
+from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 from pitchlore.pipeline.stages.paradigms.games.game import Game
 from pitchlore.pipeline.stages.paradigms.rules.jaq import joint_index
@@ -59,7 +59,7 @@ def value_iteration(game: Game, discount: float, tolerance: float = TOLERANCE) -
             none is taken for best that is worse by twice the tolerance.
 
     Raises:
-        BadSettings: if discount or tolerance is not as above, or the values do not converge.
+        BadSettings: if the values do not converge.
     """
     return _solve(game.following, game.expected.mean(axis=2), game.ends, discount, tolerance)
 
@@ -78,15 +78,7 @@ def best_response(
 
     Returns:
         A plan whose choices are the agent's own A actions.
-
-    Raises:
-        NotFound: if there is no such agent.
-        SchemaMismatch: if the policy is not as above.
-        BadSettings: as :func:`value_iteration`.
     """
-    _require_policy(game, policy)
-    if not 0 <= agent < game.agents:
-        raise NotFound(f"no agent {agent}", where="game", next_step=f"Agents are 0 to {game.agents - 1}")
     return _solve(*_restricted(game, _deviations(game, policy, agent), agent), discount, tolerance)
 
 
@@ -98,12 +90,7 @@ def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERA
         policy: int64 [S], each in [0, J).
         discount: in [0, 1].
         tolerance: above 0; the result is at most half of it off.
-
-    Raises:
-        SchemaMismatch: if the policy is not as above.
-        BadSettings: as :func:`value_iteration`.
     """
-    _require_policy(game, policy)
     kept = policy[:, np.newaxis]
     return np.array([
         _from_start(game, kept, agent, discount, tolerance) for agent in range(game.agents)
@@ -113,7 +100,7 @@ def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERA
 def gains(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
     """Gain of each agent, from the game's start on, by its best deviation from a policy, float64 [N].
 
-    Args, errors: as :func:`evaluate`. The result is at most the tolerance off.
+    Args: as :func:`evaluate`. The result is at most the tolerance off.
     """
     kept = evaluate(game, policy, discount, tolerance)
     best = [
@@ -129,7 +116,7 @@ def is_equilibrium(game: Game, policy: I64, discount: float, tolerance: float = 
     What a policy does in states that it never comes to still matters: it is how the others answer a
     deviation. They need not answer wisely: this is a Nash equilibrium, not a perfect one.
 
-    Args, errors: as :func:`evaluate`; a gain of no more than the tolerance is none.
+    Args: as :func:`evaluate`; a gain of no more than the tolerance is none.
     """
     return bool((gains(game, policy, discount, tolerance) <= tolerance).all())
 
@@ -140,12 +127,7 @@ def path_length(game: Game, allowed: Bools) -> int | None:
     Args:
         game: N agents.
         allowed: bool [S, J], e.g. :attr:`Plan.best`.
-
-    Raises:
-        SchemaMismatch: if ``allowed`` is not as above.
     """
-    if allowed.shape != game.following.shape or allowed.dtype != np.bool_:
-        raise SchemaMismatch("allowed is not bool [S, J]", where="game", next_step="Pass a plan's best")
     for steps, newest in enumerate(_frontiers(game.following, allowed & ~game.ends, game.start), start=1):
         if (game.success & allowed)[newest].any():
             return steps
@@ -193,14 +175,6 @@ def _restricted(game: Game, joint: I64, agent: int) -> tuple[I64, F64, Bools]:
 
 def _solve(following: I64, rewards: F64, ends: Bools, discount: float, tolerance: float) -> Plan:
     """Iterate Bellman's equation over K choices, all arrays [S, K], until the values keep still."""
-    if not 0 <= discount <= 1:
-        raise BadSettings(
-            f"discount cannot be {discount}", where="planning", next_step="Choose one in [0, 1]"
-        )
-    if not 0 < tolerance < np.inf:
-        raise BadSettings(
-            f"tolerance cannot be {tolerance}", where="planning", next_step="Choose a finite one above 0"
-        )
     discounts = np.where(ends, 0.0, discount)
     values = np.zeros(len(rewards))
     for _ in range(MOST_SWEEPS):
@@ -211,17 +185,4 @@ def _solve(following: I64, rewards: F64, ends: Bools, discount: float, tolerance
         if discount * np.abs(values - before).max() <= (1 - discount) * tolerance / 2:
             choices = rewards + discounts * values[following]
             return Plan(choices.max(axis=1), choices >= choices.max(axis=1, keepdims=True) - tolerance)
-    raise BadSettings(
-        f"values do not converge within {MOST_SWEEPS:,} sweeps at discount {discount}", where="planning",
-        next_step="Lower the discount or raise the tolerance",
-    )
-
-
-def _require_policy(game: Game, policy: I64) -> None:
-    if policy.shape != (game.states,) or policy.dtype != np.int64 or not (
-        (policy >= 0) & (policy < game.following.shape[1])
-    ).all():
-        raise SchemaMismatch(
-            "policy is not int64 [S] of joint actions", where="game",
-            next_step="Give the index of a joint action for every state",
-        )
+    raise BadSettings(f"values do not converge within {MOST_SWEEPS:,} sweeps at discount {discount}")
