@@ -64,25 +64,20 @@ FACING = view_of((-0.6, 0.0, 0.0), (-0.3, 0.3, 1.0), (0.2, -0.3, 1.0), ball=(0.3
 TURNED = view_of((-0.6, 0.0, 3.0), (-0.3, 0.3, 1.0), (0.2, -0.3, 1.0), ball=(0.3, 0.2, 0.0, 0.0))
 
 
-def test_paper_clock():
-    """Without a clock, a behaviour whose end holds lasts one frame."""
-    assert [frame for frame, _, _ in Team(PAPER, ("108", 0.5)).see(FACING, 5).made()] == [0, 1, 2, 3, 4]
-
-
-def test_least_time():
-    """A behaviour that is over at once lasts 0.4 s, 24 frames, and no longer."""
-    assert [frame for frame, _, _ in Team(LEAST, ("108", 0.5)).see(FACING, 60).made()] == [0, 24, 48]
+@pytest.mark.parametrize(("clock", "codes", "frames", "begun"), [
+    (PAPER, "108", 5, [0, 1, 2, 3, 4]),  # without a clock a behaviour whose end holds lasts one frame
+    (LEAST, "108", 60, [0, 24, 48]),  # over at once, it lasts 0.4 s, 24 frames, and no longer
+    (LEAST, "044", 130, [0, 60, 120]),  # one that takes longer is not cut off: far from the ball it ends after its second
+])
+def test_least_time(clock, codes, frames, begun):
+    """A behaviour lasts for its least time at least."""
+    assert [frame for frame, _, _ in Team(clock, (codes, 0.5)).see(FACING, frames).made()] == begun
 
 
 def test_over_once_is_over():
     """An action that was over before its time and is begun anew ends with the time, also if its end no longer holds."""
     did = Team(LEAST, ("108", 0.5)).see(FACING, 3).see(TURNED, 40).made()
     assert [frame for frame, _, _ in did] == [0, 24]  # its end holds at no frame after 2; it goes on from 24
-
-
-def test_longer_than_the_least():
-    """A behaviour that takes longer is not cut off: 044 far from the ball ends after its second."""
-    assert [frame for frame, _, _ in Team(LEAST, ("044", 0.5)).see(FACING, 130).made()] == [0, 60, 120]
 
 
 def test_last_code_goes_on():

@@ -372,12 +372,10 @@ class TestErrors:
         with pytest.raises(BadSettings, match=said):
             one.step(given)
 
-    def test_of_a_missing_agent(self):
+    @pytest.mark.parametrize(("agents", "wheels", "said"), [
+        (5, 2, "no action of away_3"), (6, 3, "3 pairs of wheel speeds"),
+    ])
+    def test_of_agents(self, agents, wheels, said):
         one = begun(parallel_env(settings=SHORT))
-        with pytest.raises(BadSettings, match="no action of away_3"):
-            one.step({name: np.zeros(2) for name in one.agents[:-1]})
-
-    def test_of_wheels_that_are_none(self):
-        one = begun(parallel_env(settings=SHORT))
-        with pytest.raises(BadSettings, match="3 pairs of wheel speeds"):
-            one.step({name: np.zeros(3) for name in one.agents})
+        with pytest.raises(BadSettings, match=said):
+            one.step({name: np.zeros(wheels) for name in one.agents[:agents]})

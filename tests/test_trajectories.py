@@ -118,29 +118,24 @@ def test_one_sample():
 # ---- segments
 
 
-def test_goal():
-    """A goal ends its segment, and play stops until the kick-off."""
-    t = np.arange(100) * 0.1
-    events = [
-        (0, "kick-off", "home"), (3, "goal", "home"), (5, "kick-off", "away"),
-        (7, "stop", None), (8, "play", None), (9, "end", None),
-    ]
-    log = make_log(t, {"ball": still(100)}, referee=events)
-    segment = run(log)[0]["segment"].to_list()
-    assert segment[:30] == [0] * 30
-    assert segment[30:50] == [None] * 20
-    assert segment[50:70] == [1] * 20
-    assert segment[70:80] == [None] * 10
-    assert segment[80:90] == [2] * 10
-    assert segment[90:] == [None] * 10
-
-
-def test_restart_at_once():
-    """A goal with its restart at once begins the next segment."""
-    t = np.arange(20) * 0.1
-    # the restart may be noted first
-    log = make_log(t, {"ball": still(20)}, kind=Kind.SIM2D, referee=[(1, "kick-off", "away"), (1, "goal", "home")])
-    assert run(log)[0]["segment"].to_list() == [0] * 10 + [1] * 10
+@pytest.mark.parametrize(("events", "periods", "expected"), [
+    # a goal ends its segment, and play stops until the kick-off
+    ([(0, "kick-off", "home"), (3, "goal", "home"), (5, "kick-off", "away"), (7, "stop", None), (8, "play", None), (9, "end", None)],
+     (), [0, 0, 0, None, None, 1, 1, None, 2, None]),
+    # one with its restart at once begins the next segment; the restart may be noted first
+    ([(1, "kick-off", "away"), (1, "goal", "home")], (), [0, 1]),
+    # play is on before a first goal, and not before a first kick-off
+    ([(1, "kick-off", "home")], (), [None, 0]), ([(1, "goal", "home")], (), [0, None]),
+    # a fault cuts a segment, and play that goes on does not
+    ([(0, "kick-off", None), (1, "play", None), (2, "fault", "home")], (), [0, 0, 1]),
+    # so does a change of period, even if the referee says nothing
+    ([], [(0, 1, 1), (1, 2, 1)], [0, 1]),
+])
+def test_segments(events, periods, expected):
+    """Goals, stops, faults and periods end segments, each second as listed."""
+    t = np.arange(10 * len(expected)) * 0.1
+    table, _ = run(make_log(t, {"ball": still(len(t))}, kind=Kind.SIM2D, referee=events, periods=periods))
+    assert table["segment"].to_list() == [segment for segment in expected for _ in range(10)]
 
 
 def test_velocity_at_restart():
@@ -152,28 +147,6 @@ def test_velocity_at_restart():
     assert np.allclose(table["vx"][:60], 0.4, atol=1e-5)
     assert np.allclose(table["vx"][60:], 0.0, atol=1e-7)
     assert quality.is_empty()
-
-
-def test_before_first_event():
-    """Play is on before a first goal, and not before a first kick-off."""
-    t = np.arange(20) * 0.1
-    for event, expected in (("kick-off", [None] * 10 + [0] * 10), ("goal", [0] * 10 + [None] * 10)):
-        table, _ = run(make_log(t, {"ball": still(20)}, referee=[(1, event, "home")]))
-        assert table["segment"].to_list() == expected
-
-
-def test_fault():
-    """A fault cuts a segment, and play that goes on does not."""
-    t = np.arange(30) * 0.1
-    log = make_log(t, {"ball": still(30)}, referee=[(0, "kick-off", None), (1, "play", None), (2, "fault", "home")])
-    assert run(log)[0]["segment"].to_list() == [0] * 20 + [1] * 10
-
-
-def test_change_of_period():
-    """A change of period cuts a segment, even if the referee says nothing."""
-    t = np.arange(20) * 0.1
-    table, _ = run(make_log(t, {"ball": still(20)}, periods=[(0, 1, 1), (1, 2, 1)]))
-    assert table["segment"].to_list() == [0] * 10 + [1] * 10
 
 
 def test_gap():

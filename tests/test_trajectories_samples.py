@@ -151,32 +151,19 @@ def test_robot_put_elsewhere():
     assert np.abs(robot["vx"]).max() == 0.0
 
 
-def test_short_visit():
-    """A visit elsewhere too short to be accepted stays suspect."""
-    t = at_60hz(2)
-    x = np.where((t >= 1) & (t < 1.2), 0.6, -0.4)
+@pytest.mark.parametrize(("t", "elsewhere", "segments"), [
+    (at_60hz(2), (1.0, 1.2), [0] * 120),  # a visit too short to be accepted
+    (at_60hz(1), (0.0, 0.01), [0] * 60),  # the first sample
+    (np.concatenate((at_60hz(1), 2 + at_60hz(1))), (2.0, 2.01), [0] * 60 + [1] * 60),  # the first after a gap
+])
+def test_suspects(t, elsewhere, segments):
+    """Samples elsewhere are suspect, and those after them are not; no segment is cut."""
+    away = (t >= elsewhere[0]) & (t < elsewhere[1])
+    x = np.where(away, 0.6, -0.4)
     table, quality = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
-    assert table.filter("suspect")["frame"].to_list() == list(range(60, 72))
-    assert table["segment"].to_list() == [0] * 120
-    assert quality.select("flaw", "count").rows() == [("ball jump", 12)]
-
-
-def test_wrong_first_sample():
-    """A wrong first sample is suspect, and those after it are not."""
-    t = at_60hz(1)
-    x = np.where(t == 0, 0.7, -0.4)
-    table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
-    assert table.filter("suspect")["frame"].to_list() == [0]
-    assert table["segment"].to_list() == [0] * 60
-
-
-def test_wrong_sample_after_gap():
-    """A wrong first sample after a gap is suspect, and those after it are not."""
-    t = np.concatenate((at_60hz(1), 2 + at_60hz(1)))
-    x = np.where(t == 2, 0.7, -0.4)
-    table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
-    assert table.filter("suspect")["t_ns"].to_list() == [2_000_000_000]
-    assert table["segment"].max() == 1
+    assert table["suspect"].to_list() == away.tolist()
+    assert table["segment"].to_list() == segments
+    assert quality.filter(flaw="ball jump")["count"].to_list() == [away.sum()]
 
 
 def test_near_segment_before():

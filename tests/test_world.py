@@ -30,13 +30,12 @@ STEP_S = 1 / 120
 ICE = {"rolling": 0.0, "forward_grip": 1e-9, "sideways_grip": 1e-9}
 
 
-def alone(ball=(-0.6, 0.55), robot=(0.5, -0.5), robots=1, **physics):
-    """An arena of one a side with the ball and the first robot placed (leading columns), the rest aside."""
-    arena = Arena(VSSS, robots, PhysicsSettings(**physics))
-    bodies = arena.bodies.copy()
-    bodies[BALL, : len(ball)] = ball
-    bodies[1, : len(robot)] = robot
-    bodies[2] = (-0.65, -0.5, 0, 0, 0, 0)
+def alone(ball=(-0.6, 0.55), robot=(0.5, -0.5), other=(-0.65, -0.5), **physics):
+    """An arena of one a side with the ball and the robots placed (leading columns)."""
+    arena = Arena(VSSS, 1, PhysicsSettings(**physics))
+    bodies = np.zeros_like(arena.bodies)
+    for row, place in zip(bodies, (ball, robot, other), strict=True):
+        row[: len(place)] = place
     arena.place(bodies)
     return arena
 
@@ -58,6 +57,13 @@ def random_bodies(rng, robots, pitch=VSSS, speed=1.0, spin=10.0):
     bodies[:, VX:] = rng.uniform(-1, 1, (columns, 3)) * (speed, speed, spin)
     bodies[BALL, [THETA, OMEGA]] = 0
     return bodies
+
+
+def crowded(seed, chosen=None, **moves):
+    """An arena of three a side whose bodies are all on the move."""
+    arena = Arena(VSSS, 3, chosen)
+    arena.place(random_bodies(np.random.default_rng(seed), 3, **moves))
+    return arena
 
 
 def random_wheels(rng, frames, robots, top=1.2):
@@ -177,10 +183,7 @@ class TestRobot:
 
     def test_push(self):
         """A robot pushed by another yields no more than traction explains."""
-        arena = alone(ball=(-0.6, 0.5), robot=(-0.3, 0.0, 0, 0.8, 0, 0))
-        bodies = arena.bodies.copy()
-        bodies[2] = (-0.1, 0.0, math.pi / 2, 0, 0, 0)  # stands across, wheels still
-        arena.place(bodies)
+        arena = alone(ball=(-0.6, 0.5), robot=(-0.3, 0.0, 0, 0.8), other=(-0.1, 0.0, math.pi / 2))  # across, wheels still
         track = played(arena, 60, wheels=(0.8, 0.8))
         assert track[-1, 2, X] > -0.05
         # The pusher's wheels give 0.8 g, the other's hold with up to 1.0 g; what is pushed is held once it
@@ -200,10 +203,7 @@ class TestRobot:
 
     def test_standoff(self):
         """Two robots that push against each other stand."""
-        arena = alone(robot=(-0.2, 0, 0, 0, 0, 0))
-        bodies = arena.bodies.copy()
-        bodies[2] = (0.2, 0, math.pi, 0, 0, 0)
-        arena.place(bodies)
+        arena = alone(robot=(-0.2, 0), other=(0.2, 0, math.pi))
         for _ in range(120):
             arena.frame(np.full((2, 2), 1.0))
         assert np.abs(arena.bodies[1:, VX]).max() < 0.02
@@ -215,10 +215,8 @@ class TestEnergy:
     def test_never_grows_by_itself(self, physics):
         chosen = PhysicsSettings(**physics)
         for seed in range(12):
-            arena = Arena(VSSS, 3, chosen)
-            bodies = random_bodies(np.random.default_rng(seed), 3, speed=2.0)
-            arena.place(bodies)
-            joules = energy(np.concatenate([bodies[None], played(arena, 120)]), chosen)
+            arena = crowded(seed, chosen, speed=2.0)
+            joules = energy(np.concatenate([arena.bodies[None].copy(), played(arena, 120)]), chosen)
             assert np.diff(joules).max() < 1e-9 * joules[0]
             assert joules[-1] < 0.9 * joules[0]
 
@@ -252,8 +250,7 @@ class TestEnergy:
         """
         chosen = PhysicsSettings()
         for seed in range(40):
-            arena = Arena(VSSS, 3, chosen)
-            arena.place(random_bodies(np.random.default_rng(seed), 3, speed=2.0))
+            arena = crowded(seed, speed=2.0)
             before = math.inf
             for bodies in (arena.frame(np.zeros((6, 2))) for _ in range(120)):
                 now = energy(bodies, chosen)
@@ -283,12 +280,8 @@ class TestMirror:
 
     def test_half_turn(self):
         """A match turned by half a turn with the teams exchanged goes the same way."""
-        one, other = Arena(VSSS, 1), Arena(VSSS, 1)
-        bodies = np.array([(0.0, 0, 0, 0, 0, 0), (-0.3, 0.02, 0.1, 0, 0, 0), (0.6, 0.4, 2.0, 0, 0, 0)])
-        one.place(bodies)
-        bodies[:, :2] *= -1
-        bodies[1:, THETA] += math.pi
-        other.place(bodies[[0, 2, 1]])
+        one = alone(ball=(0.0, 0), robot=(-0.3, 0.02, 0.1), other=(0.6, 0.4, 2.0))
+        other = alone(ball=(0.0, 0), robot=(-0.6, -0.4, 2.0 + math.pi), other=(0.3, -0.02, 0.1 + math.pi))
         wheels = np.array([(1.0, 1.0), (0.3, -0.1)])
         for _ in range(90):
             one.frame(wheels)

@@ -218,17 +218,10 @@ def match() -> Golden:
     return Golden(_csv(*shown), {"arena": arena.VERSION}, settings)
 
 
-def season() -> Golden:
-    """Two games, and what was known and valued after them."""
+def games(play: Callable[[Path], played.Shown]) -> Golden:
+    """Two games, and what was known and valued after them, or seen, and what comes of it."""
     with _folder() as data:
-        settings, shown = played.season(data)
-    return Golden(_csv(*shown), _versions("arena", *STAGES.of_matches, *STAGES.versioned, "seasons"), settings)
-
-
-def looking() -> Golden:
-    """Two games of a team that looks: what it saw, and what it makes of it."""
-    with _folder() as data:
-        settings, shown = played.looking(data)
+        settings, shown = play(data)
     return Golden(_csv(*shown), _versions("arena", *STAGES.of_matches, *STAGES.versioned, "seasons"), settings)
 
 
@@ -326,8 +319,8 @@ CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     "paradigms/quick.txt": paradigms,
     "executors/confusion.txt": confusion,
     "matches/played-20s.txt": match,
-    "seasons/two-games.txt": season,
-    "seasons/looking.txt": looking,
+    "seasons/two-games.txt": lambda: games(played.season),
+    "seasons/looking.txt": lambda: games(played.looking),
     "evaluations/pair-20s.txt": evaluation,
     "report/two-games.txt": report,
 }.items()}

@@ -15,12 +15,8 @@ def ns(seconds):
 
 def referee_rows(*events):
     """Rows of schema Referee from (seconds, event, team or None)."""
-    rows = [{"match_id": "made-by-hand", "t_ns": int(ns(t)), "event": e, "team": team} for t, e, team in events]
-    empty = Referee.empty()
-    if not rows:
-        return empty
-    table = pl.DataFrame(rows, schema={name: empty.schema[name] for name in ("match_id", "t_ns", "event", "team")})
-    return pl.concat([empty, table], how="diagonal")
+    return pl.DataFrame([{"match_id": "made-by-hand", "t_ns": int(ns(t)), "event": e, "team": team} for t, e, team in events],
+                        schema=Referee.dtypes())
 
 
 def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):

@@ -111,11 +111,17 @@ def match() -> Shown:
     )
 
 
-def season(data: Path) -> Shown:
-    """Two games: their rows, what was known after each, the action values that were learned most from."""
-    own = Season(name="golden", opponent="static", seed=1, settings=parse_season(SEASON, where="here"))
+def _two_games(data: Path, name: str, settings: str) -> Season:
+    """A season after two games."""
+    own = Season(name=name, opponent="static", seed=1, settings=parse_season(settings, where="here"))
     for game in (1, 2):
         loop.learn_from_game(data, own, game, loop.play_game(data, own, game), discard=False)
+    return own
+
+
+def season(data: Path) -> Shown:
+    """Two games: their rows, what was known after each, the action values that were learned most from."""
+    own = _two_games(data, "golden", SEASON)
     store, inner = Store(data), loop.store_of(data, own)
     receipt = store.receipt(loop.NOUN, own.id)
     assert receipt is not None
@@ -147,9 +153,7 @@ def season(data: Path) -> Shown:
 
 def looking(data: Path) -> Shown:
     """Two games of a team that looks: sights at its first decisions, and the trees that were grown of all."""
-    own = Season(name="golden-looking", opponent="static", seed=1, settings=parse_season(LOOKING, where="here"))
-    for game in (1, 2):
-        loop.learn_from_game(data, own, game, loop.play_game(data, own, game), discard=False)
+    own = _two_games(data, "golden-looking", LOOKING)
     inner = loop.store_of(data, own)
     sights = pl.concat(inner.read_table(receipt, "sights", Sights) for receipt in inner.receipts("sequences"))
     newest = inner.latest("policies")
