@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.executions import confusion
-from support.toy_pitch import FRAME_S, step
+from support.toy_pitch import FRAME_S
 from support.toy_scenes import (
     BY_CHANCE,
     CODES,
     VSSS,
     M,
+    driven,
     filmed,
     mirrored,
     openings,
@@ -188,15 +189,12 @@ class TestExecutors:
 
 def scored(bodies, code, frames=120):
     """Goal that the ball is in after the robot of row 1 did something: +1 the adversary's, -1 the own, 0 none."""
-    speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros(1, dtype=ACTION)[0]
+    memory, over = np.zeros(1, dtype=ACTION)[0], False
     executors.start(code, 1, bodies, np.zeros(6, dtype=np.int64), M, splitmix(), memory)
-    over = False
-    for _ in range(frames):
-        if not over:
-            over = executors.act(1, bodies, M, memory, wheels)
-        else:
-            wheels[:] = 0.0
-        goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
-        if goal:
-            return goal
-    return 0
+
+    def drive(wheels):
+        nonlocal over
+        over = over or executors.act(1, bodies, M, memory, wheels)
+        wheels *= not over
+
+    return next(filter(None, driven(bodies, frames, drive)), 0)

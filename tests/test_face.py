@@ -17,17 +17,16 @@ from docstring_parser import parse
 from football.skillcorner import FILES
 from support.football import NEEDS_KLOPPY
 from support.football import RECORDINGS as FOOTBALL
+from support.league import bring
 from support.sessions import once
 
 import pitchlore
 from pitchlore.pipeline.base.errors import BadQuery, BadRecording, BadSettings, NotFound
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
-from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.settings import RunSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, scan, to_parquet
@@ -52,9 +51,8 @@ def data(tmp_path_factory, sample):
 
     def make(folder):
         store = Store(folder)
-        name = import_recording(store, Recording(file=sample))[0].name
-        STAGES.make(store, Settings(), scope := Scope(matches=(name,)))
-        emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
+        import_recording(store, Recording(file=sample))
+        bring(store)
 
     return once(tmp_path_factory, "face", make)
 

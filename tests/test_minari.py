@@ -10,6 +10,7 @@ import minari
 import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
+from support.league import bring
 from support.played import policy
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
@@ -18,10 +19,6 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.recordings import Recording
-from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.state import encode
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views import datasets
@@ -45,8 +42,7 @@ def league(tmp_path_factory):
         referee=RefereeSettings(duration_s=20.0)), {"known": known})
     clip(0.0, 30.0).write_csv(folder / "derby.csv")
     import_recording(store, Recording(file=folder / "derby.csv"))
-    STAGES.make(store, Settings(), scope := scope_of(store))
-    emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
+    bring(store)
     return store
 
 

@@ -21,8 +21,11 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.game.bodies import BALL
+from pitchlore.pipeline.matches.frame import home_attacks
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import ROLES
+from pitchlore.schemas import ROLES, Referee
 
 MINUTE = 3600
 
@@ -52,6 +55,32 @@ def test_frames_and_events(short):
     goals = short.referee.filter(pl.col("event") == "goal")
     for team in ("home", "away"):
         assert short.referee[f"score_{team}"][-1] == goals.filter(pl.col("team") == team).height
+
+
+def test_derived():
+    """A played match is derived as an imported one is: play lies between a restart and the next call, and sides change."""
+    played = log.read(logged(recipe("static", "random", seed=1, seconds=90.0)), where="here")
+    table, quality = trajectories(played, TrajectorySettings())
+    assert quality.is_empty()  # bodies are put elsewhere only where play is cut
+    Referee.validate(played.referee)
+    assert {"goal", "stop", "fault", "half"} <= set(played.referee["event"])
+    number, since = -1, {}
+    for t_ns, event in played.referee.select("t_ns", "event").iter_rows():
+        number += event in ("kick-off", "fault")
+        since[t_ns] = number if event in ("kick-off", "fault") else None
+    ball = table.filter(pl.col("team") == "ball").sort("t_ns")
+    begun = np.array(list(since))
+    expected = [since[begun[begun <= t_ns][-1]] for t_ns in ball["t_ns"]]
+    assert ball["segment"].to_list() == expected
+    half = played.referee.filter(event="half")["t_ns"].item()
+    assert ball["turned"].to_list() == (ball["t_ns"] >= half).to_list()
+    assert (home_attacks(played.info.periods, played.frames.t_ns) == np.where(played.frames.t_ns < half, 1, -1)).all()
+    # home attacks +x throughout the table
+    goals = ball.join(played.referee.filter(event="goal"), on="t_ns")
+    assert (goals["x"] > 0).to_list() == (goals["team_right"] == "home").to_list()
+    row = log.row(played).row(0, named=True)
+    assert (row["duration_s"], row["frames"], row["robots_per_team"]) == (90.0, 5401, 3)
+    assert [row["score_home"], row["score_away"]] == [(goals["team_right"] == side).sum() for side in ("home", "away")]
 
 
 def test_rest_after_goal():

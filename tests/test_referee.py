@@ -1,11 +1,9 @@
-"""The referee: goals, stuck balls, the clock, properties of whole matches, and what the log is reported."""
+"""The referee: goals, stuck balls, the clock, properties of whole matches, and their events."""
 
 from __future__ import annotations
 
-import io
 import math
 from collections import Counter
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,9 +11,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from polars.testing import assert_frame_equal
-from support.logs import make_log
-from support.refereed import ASIDE, EPS, LAWS, RESTARTS, VSSS, calls, first, in_play, scene, score
+from support.refereed import EPS, LAWS, RESTARTS, VSSS, calls, first, in_play, scene, score
 
 from pitchlore.pipeline.arena.physics.laws import (
     END,
@@ -37,14 +33,8 @@ from pitchlore.pipeline.arena.physics.referee import (
     referee_call,
 )
 from pitchlore.pipeline.arena.physics.restarts import restart
-from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y, see
-from pitchlore.pipeline.matches import table as matches_table
-from pitchlore.pipeline.matches.frame import home_attacks
-from pitchlore.pipeline.matches.reader import read
-from pitchlore.pipeline.matches.recorder import write
-from pitchlore.pipeline.settings import TrajectorySettings
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
-from pitchlore.schemas import AWAY, HOME, Referee
+from pitchlore.pipeline.game.bodies import BALL, VX, X, Y, see
+from pitchlore.schemas import AWAY, HOME
 
 # ---- goals
 
@@ -67,30 +57,6 @@ def test_goal_line(half, end, side):
         if goal:
             assert state["due"] == KICK_OFF
             assert state["team"] == 1 - scorer
-
-
-def test_own_goal():
-    """An own goal counts for the adversary."""
-    state = in_play()
-    pushed = scene(ball=(-0.8, 0.0), home=((-0.74, 0.0), ASIDE, ASIDE))
-    assert calls([pushed], state=state) == [(1, GOAL)]
-    assert call_events(GOAL, state, LAWS)[0][1:5] == ("goal", "away", 0, 1)
-
-
-def test_pause_after_goal():
-    """After a goal play rests, and nothing is judged until the kick-off."""
-    state = in_play()
-    inside = scene(ball=(0.8, 0.0), speed=0.0, home=((0.7, 0.1), (0.7, -0.1), ASIDE))
-    assert calls([inside] * 31, state=state) == [(1, GOAL), (31, KICK_OFF)]  # 0.5 s are 30 frames
-    assert calls([inside], state=state) == [(32, GOAL)]  # nobody put the ball back
-    assert state["home_goals"] == 2
-
-
-def test_starting_score():
-    """Goals are added to the score that a match starts from."""
-    state = begin(AWAY, (5, 2))
-    calls([scene(), scene(ball=(-0.8, 0.0))], state=state)
-    assert score(state) == [5, 3]
 
 
 # ---- the stuck ball
@@ -270,84 +236,3 @@ def test_fairness(seed, robots):
         assert state["team"] == turned["team"] == NOBODY or state["team"] == 1 - turned["team"]
         if call in (FREE_BALL, END):
             assert call == END or state["quarter"] == 3 - turned["quarter"]
-
-
-# ---- the log of a match
-
-
-def played():
-    """A match of 20 s whose ball is driven by hand: the log, and the frames of its calls.
-
-    Velocities of the ball from each restart on: into the goal at +x; stuck; stuck until half-time; into
-    the goal at -x; into the goal at +x; stuck; stuck until the end.
-    """
-    laws = Laws.of(VSSS, RefereeSettings(duration_s=20.0), 60.0)
-    speeds = iter([1.0, 0.0, 0.0, -1.0, 0.5, 0.0, 0.0])
-    rng = np.random.default_rng(7)
-    state, bodies = begin(), np.zeros((7, 6))
-    film, rows, found = [], [], []
-    for frame in range(laws.duration + 1):
-        call = referee_call(bodies, state, laws.limits)
-        if KICK_OFF <= call <= HALF:
-            restart(bodies, call, state, laws, rng)
-            bodies[BALL, VX] = next(speeds)
-            bodies[1:, VY] = 0.02
-        elif call != PLAY_ON:
-            bodies[:, [VX, VY]] = 0
-            found.append((frame, call))
-        if KICK_OFF <= call <= HALF:
-            found.append((frame, call))
-        rows += call_events(call, state, laws)
-        film.append(bodies.copy())
-        bodies[:, [X, Y]] += bodies[:, [VX, VY]] / 60
-    film = np.array(film)
-    paths = {"ball": film[:, BALL, :2]}
-    paths |= {(team, i): film[:, 1 + 3 * team + i, :3] for team in (HOME, AWAY) for i in range(3)}
-    log = make_log(None, paths, t_ns=[laws.t_ns(frame) for frame in range(len(film))])
-    info = log.info.model_copy(update={"periods": laws.periods(), "format": "world"})
-    return replace(log, info=info, referee=event_rows(info.match_id, rows)), found
-
-
-def test_played_match():
-    """A played match is read and derived as an imported one is, to the tables expected of it."""
-    log, found = played()
-    assert found == [
-        (0, KICK_OFF), (47, GOAL), (77, KICK_OFF), (378, FOUL), (408, FREE_BALL), (600, HALF), (647, GOAL),
-        (677, KICK_OFF), (770, GOAL), (800, KICK_OFF), (1101, FOUL), (1131, FREE_BALL), (1200, END),
-    ]
-    assert log.referee.select("event", "team", "score_home", "score_away", "note").rows() == [
-        ("kick-off", "home", 0, 0, "kick-off"), ("goal", "home", 1, 0, "goal"),
-        ("kick-off", "away", 1, 0, "kick-off"), ("stop", None, 1, 0, "free ball: stuck ball"),
-        ("fault", None, 1, 0, "free ball"), ("half", None, 1, 0, "half"),
-        ("kick-off", "away", 1, 0, "kick-off"), ("goal", "home", 2, 0, "goal"),
-        ("kick-off", "away", 2, 0, "kick-off"), ("goal", "away", 2, 1, "goal"),
-        ("kick-off", "home", 2, 1, "kick-off"), ("stop", None, 2, 1, "free ball: stuck ball"),
-        ("fault", None, 2, 1, "free ball"), ("end", None, 2, 1, "end"),
-    ]
-    Referee.validate(log.referee)
-
-    stream = io.BytesIO()
-    write(log, stream)
-    again = read(stream.getvalue(), where="played.mcap")
-    assert_frame_equal(again.referee, log.referee)
-    row = matches_table.row(again)
-    assert row.select("score_home", "score_away", "duration_s", "frames", "robots_per_team").row(0) == (
-        2, 1, 20.0, 1201, 3
-    )
-
-    table_, quality = trajectories(again, TrajectorySettings())
-    assert quality.is_empty()  # bodies are put elsewhere only where play is cut
-    ball = table_.filter(pl.col("team") == "ball").sort("t_ns")
-    segment = ball["segment"].to_list()
-    stretches = [(0, 47), (77, 378), (408, 600), (600, 647), (677, 770), (800, 1101), (1131, 1200)]
-    expected = [None] * 1201
-    for number, (begun, over) in enumerate(stretches):
-        expected[begun:over] = [number] * (over - begun)
-    assert segment == expected
-
-    assert ball["turned"].to_list() == [False] * 600 + [True] * 601
-    assert (home_attacks(again.info.periods, again.frames.t_ns) == np.repeat([1, -1], [600, 601])).all()
-    # home attacks +x throughout the table: its goals are there, the others at -x
-    assert [ball["x"][frame] > 0 for frame in (47, 647, 770)] == [True, True, False]
-    keepers = table_.filter(pl.col("robot") == 0, pl.col("segment").is_not_null())
-    assert (keepers["role"] == "goalkeeper").all()

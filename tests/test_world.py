@@ -139,12 +139,6 @@ class TestBall:
         past = track[track[:, X] > 0.75]
         assert np.abs(past[:, Y]).max() <= 0.2
 
-    def test_cut_corners(self):
-        """A ball does not get into the cut corners."""
-        track = played(alone(ball=(0.3, 0.3, 0, 1.8, 1.6), robot=(-0.5, -0.5)), 120)[:, BALL]
-        assert track[:, X].max() > 0.6
-        assert (track[:, X] + track[:, Y]).max() < 0.75 + 0.65 - 0.07
-
 
 class TestRobot:
     def test_circle(self):
@@ -257,13 +251,6 @@ class TestEnergy:
                 assert now <= before
                 before = math.inf if arena._rims.any() else now
             assert not arena._rims.any()
-
-    def test_no_loss(self):
-        """Without friction and loss between ball and walls energy stays."""
-        arena = alone(ball=(0, 0.4, 0, 1.5, 0.7), wall_restitution=1.0, **ICE)
-        track = played(arena, 60)[:, BALL]
-        assert np.ptp(np.hypot(track[:, VX], track[:, VY])) < 1e-9
-        assert track[:, VX].min() < 0 or track[:, VY].min() < 0
 
 
 class TestMirror:

@@ -44,17 +44,13 @@ def minisom(decay, sigma=1.5):
         return MiniSom(3, 3, 4, sigma=sigma, learning_rate=0.5, sigma_decay_function=decay, random_seed=0)
 
 
-def online(codes, decay):
+def trained(codes, decay, offline):
     som = minisom(decay)
     som.random_weights_init(codes)
-    som.train(codes.astype(float), EPOCHS, use_epochs=True, random_order=True)
-    return som.get_weights()
-
-
-def offline(codes, decay):
-    som = minisom(decay)
-    som.random_weights_init(codes)
-    som.train_batch_offline(codes.astype(float), EPOCHS)
+    if offline:
+        som.train_batch_offline(codes.astype(float), EPOCHS)
+    else:
+        som.train(codes.astype(float), EPOCHS, use_epochs=True, random_order=True)
     return som.get_weights()
 
 
@@ -70,7 +66,7 @@ def test_against_minisom(benchmark, how):
     run, arguments = {
         "ours, distinct grams": (ours, (distinct, counts)),
         "ours, every gram": (ours, (raw, np.ones(len(raw), dtype=np.int64))),
-    }.get(how, (online if "offline" not in how else offline, (raw, decay)))
+    }.get(how, (trained, (raw, decay, "offline" in how)))
     rounds = 1 if how.startswith("MiniSom") else 10
     ours(distinct[:10], counts[:10])
     weights = benchmark.pedantic(run, args=arguments, rounds=rounds)

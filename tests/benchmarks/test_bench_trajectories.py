@@ -4,13 +4,11 @@ import numpy as np
 import polars as pl
 import pytest
 from scipy.signal import savgol_filter
+from support.logs import make_log
 
-from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.stages.trajectories.kinematics import slopes
-from pitchlore.schemas import Referee
 
 FRAMES, ROBOTS = 28_800, 6
 ROWS = FRAMES * (ROBOTS + 1)
@@ -21,31 +19,13 @@ HALF_NS = 50_000_000
 def log():
     """Bodies on smooth curves; a goal and a kick-off every 20 s; the teams change sides."""
     rng = np.random.default_rng(0)
-    t_ns = np.rint(np.arange(FRAMES) / 60 * 1e9).astype(np.int64)
-    t = t_ns[:, None] / 1e9
+    t = np.arange(FRAMES)[:, None] / 60
     rate, phase = rng.uniform(0.2, 1.5, (2, ROBOTS + 1)), rng.uniform(0, 6, (2, ROBOTS + 1))
-    x, y = 0.6 * np.sin(rate[0] * t + phase[0]), 0.5 * np.sin(rate[1] * t + phase[1])
-    ball = np.zeros(FRAMES, dtype=BALL_DTYPE)
-    ball["x"], ball["y"] = x[:, -1], y[:, -1]
-    robots = np.zeros((FRAMES, ROBOTS), dtype=ROBOT_DTYPE)
-    robots["team"], robots["id"] = [0, 0, 0, 1, 1, 1], [0, 1, 2, 0, 1, 2]
-    robots["x"], robots["y"] = x[:, :-1], y[:, :-1]
-    robots["theta"] = np.angle(np.exp(1j * (2 * t + phase[0, :-1])))
-    goals = np.arange(20, 480, 20, dtype=np.int64) * 10**9
-    referee = pl.DataFrame({"match_id": "bench", "t_ns": np.repeat(goals, 2), "event": ["goal", "kick-off"] * len(goals)})
-    half = 240 * 10**9
-    info = MatchInfo(
-        match_id="bench", source="bench", format="world", home="a", away="b", pitch=PITCHES[Kind.VSSS],
-        software="bench", periods=(
-            Period(start_ns=0, end_ns=half, home_attacks=1, inferred=False),
-            Period(start_ns=half, end_ns=2 * half, home_attacks=-1, inferred=False),
-        ),
-    )
-    offsets = np.arange(FRAMES + 1, dtype=np.int64) * ROBOTS
-    frames = Frames(np.arange(FRAMES, dtype=np.uint32), t_ns, ball, offsets, robots.reshape(-1))
-    empty = Referee.empty()
-    events = referee.cast({name: empty.schema[name] for name in referee.columns})
-    return MatchLog(info, frames, pl.concat([empty, events], how="diagonal"))
+    paths = np.stack((0.6 * np.sin(rate[0] * t + phase[0]), 0.5 * np.sin(rate[1] * t + phase[1]),
+                      np.angle(np.exp(1j * (2 * t + phase[0])))), axis=2)
+    bodies = {"ball": paths[:, -1], **{(i // 3, i % 3): paths[:, i] for i in range(ROBOTS)}}
+    events = [(second, event, None) for second in range(20, 480, 20) for event in ("goal", "kick-off")]
+    return make_log(t[:, 0], bodies, referee=events, periods=[(0, 240, 1), (240, 480, -1)])
 
 
 @pytest.fixture(scope="module")

@@ -170,6 +170,14 @@ def openings(seed, each):
     return {code: [(pool[i], roles[i], int(i)) for i in places] for code, places in found.items()}
 
 
+def driven(bodies, frames, drive):
+    """The goal of each of so many frames, for whose wheels [6, 2] ``drive`` is called; the bodies are changed."""
+    wheels, speeds = np.zeros((6, 2)), np.zeros((6, 2))
+    for _ in range(frames):
+        drive(wheels)
+        yield step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+
+
 def perform(scene, roles, code, seed=0):
     """The robot of row 1 does something while the others brake.
 
