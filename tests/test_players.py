@@ -308,12 +308,6 @@ class TestStatic:
         static.play(view, PACKED, splitmix(), out, nobody(len(out)) if memory is None else memory, ON)
         return out
 
-    @given(views(count=3, ties=False))
-    @settings(max_examples=100)
-    def test_mirror(self, view):
-        """In the mirror a robot's wheels are swapped."""
-        assert self.wheels(mirrored(view))[:, ::-1] == pytest.approx(self.wheels(view), abs=1e-9)
-
     def test_role_hysteresis(self):
         """A role changes hands only when another robot is clearly nearer."""
         memory = nobody(3)
@@ -335,21 +329,6 @@ class TestStatic:
         """The keeper goes to where the ball will cross its line."""
         wheels = self.wheels(view_of((-0.70, 0.0, math.pi / 2), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=ball))
         assert sign * wheels[0].mean() > 0.3
-
-    @pytest.mark.slow
-    def test_own_goal_area(self):
-        """No robot but the keeper enters its own goal area."""
-        bodies = view_of((-0.70, 0.0, 0.0), (-0.3, 0.4, 0.0), (-0.2, -0.1, 0.0), ball=(-0.70, 0.3, 0, 0))
-        memory = nobody(3)
-
-        def drive(wheels):
-            static.share_out(bodies, M, memory)
-            for robot in (2, 3):
-                (static.attack(bodies, robot, ON[0], M, wheels) if robot == jobs(memory)[1]
-                 else static.support(bodies, robot, 0, ON[0], M, wheels))
-
-        for _ in driven(bodies, 240, drive):
-            assert not any(static.in_area(*bodies[robot, [X, Y]], 0.0, M) for robot in (2, 3))
 
     @pytest.mark.parametrize("rule", static.RULES.names)
     def test_rule(self, rule):

@@ -11,6 +11,7 @@ import polars as pl
 import pytest
 from playwright.sync_api import Page, expect
 from support.league import HOSTILE
+from test_replay import decode, make, situations
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.stages.sequences.windows import codes_of, role_of, windows
@@ -154,14 +155,7 @@ def test_linked_is_escaped():
     html = linked(f'm"{HOSTILE}', HOSTILE, HOSTILE)
     assert HOSTILE not in html
     assert "unsafe-inline" not in re.search(r"script-src ([^;]*);", html)[1], "no script in the page runs"
-    assert "file:" not in re.search(r'Security-Policy" content="([^"]*)"', replay_of_nothing())[1]
-
-
-def replay_of_nothing() -> str:
-    """A stand-alone page: it may load nothing."""
-    from test_replay import make
-
-    return make()
+    assert "file:" not in re.search(r'Security-Policy" content="([^"]*)"', make())[1]
 
 
 @pytest.mark.slow
@@ -316,19 +310,14 @@ def test_no_trap(replay, page):
 
 def test_nothing_is_told_of_missing_tables():
     """Without tables of passes and shots the page lists none."""
-    from test_replay import decode
-
-    facts = decode(replay_of_nothing())
+    facts = decode(make())
     assert (facts["passes"], facts["shots"], facts["told"], facts["worn"]) == ([], [], [], None)
 
 
 def test_follows():
     """Situations that touch are consecutive, those further apart than the setting are not."""
-    from test_replay import decode, make, situations
-
     done = situations([
         ("home", 1, 21, "a", 0, 100, 1.0, None), ("home", 1, 22, "b", 100, 200, 1.0, None),
         ("home", 1, 23, "c", 350, 400, 1.0, None), ("away", 2, 21, "a", 400, 500, 1.0, None)])
     assert decode(make(done=done))["situations"]["follows"] == [0, 1, 1, 0]
     assert decode(make(done=done, gap_s=0.1))["situations"]["follows"] == [0, 1, 0, 0]
-    assert isinstance(done, pl.DataFrame)

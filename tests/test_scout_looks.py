@@ -7,6 +7,8 @@ import re
 import polars as pl
 import pytest
 from support.league import gallery
+from test_commentary import KEEPER, rolls, tell
+from test_replay import make
 from test_scout import text_of
 
 from pitchlore.pipeline.base.text import number_of
@@ -99,8 +101,6 @@ def test_one_match_is_no_number():
 
 def test_replay_leads_back(pages):
     """A replay in the scout leads to its match and the league; a stand-alone one, of the same page, does not."""
-    from test_replay import make
-
     found = next((pages.first.parent / "replays").iterdir())
     links = re.findall(r'<a href="([^"]*)"', found.read_text())
     assert links == [f"../matches/{found.name}", "../index.html"]
@@ -126,8 +126,6 @@ def test_matches_name_their_teams(pages):
 
 def test_bar_is_of_who_acts():
     """A save begins with the shot, and an error with who errs: the commentary's bar is of that team."""
-    from test_commentary import KEEPER, rolls, tell
-
     (save,) = [it for it in tell({"ball": rolls(0.64), **KEEPER}).moments if it.kind == "save"]
     assert (save.team, save.actor) == ("away", "home")
 

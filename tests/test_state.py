@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.rows import MATCH, WORDS, S, bodies
+from support.rows import WORDS, S, bodies, referee
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -35,14 +35,6 @@ SIX = {
     "away_1": (0.7, 0.0, pi, "g"), "away_2": (0.4, -0.2, pi, "m"), "away_3": (0.0, 0.3, pi, "s"),
 }
 BY_NAME = {element.name: i for i, element in enumerate(TABLE)}
-
-
-def referee(*rows):
-    """(seconds, event, team, score of home, score of away) each."""
-    return pl.DataFrame(
-        [(MATCH, round(t * S), event, team, home, away, None) for t, event, team, home, away in rows],
-        schema=Referee.dtypes(), orient="row",
-    )
 
 
 def size(key):
@@ -280,16 +272,13 @@ class TestScore:
 
 
 class TestSituation:
-    @pytest.mark.parametrize(("event", "level"), [("goal", "goal"), ("fault", "fault"), ("kick-off", "normal")])
-    def test_between_segments(self, event, level):
-        """Between segments the game situation is that of the last event."""
-        stopped = bodies([1.0], ball=(0.0, 0.0), **SIX).with_columns(segment=pl.lit(None, dtype=pl.Int32))
-        assert see(stopped, t=1.0, events=referee((0.5, event, "home", None, None)))["game situation"] == level
-
-    def test_in_segment(self):
-        """In a segment the game situation is normal, whatever came before."""
-        table = bodies([1.0], ball=(0.0, 0.0), **SIX)
-        assert see(table, t=1.0, events=referee((0.5, "goal", "home", None, None)))["game situation"] == "normal"
+    @pytest.mark.parametrize(("event", "segment", "level"), [
+        ("goal", None, "goal"), ("fault", None, "fault"), ("kick-off", None, "normal"), ("goal", 0, "normal"),
+    ])
+    def test_between_segments(self, event, segment, level):
+        """Between segments the game situation is that of the last event; in a segment it is normal, whatever came before."""
+        table = bodies([1.0], ball=(0.0, 0.0), **SIX).with_columns(segment=pl.lit(segment, dtype=pl.Int32))
+        assert see(table, t=1.0, events=referee((0.5, event, "home", None, None)))["game situation"] == level
 
 
 class TestSlots:
@@ -305,20 +294,17 @@ class TestSlots:
         assert seen["distance of own striker to ball"] == seen["distance of own midfield to ball"] == "near"
         assert seen["distance of adversary's striker to ball"] == "far"
 
-    def test_no_adversary(self):
-        """Without any adversary there is no state."""
-        own = {name: place for name, place in SIX.items() if name.startswith("home")}
-        assert see(bodies([0.0], ball=(0.0, 0.0), **own)) is None
-
 
 class TestMissing:
     def test_unknown_state(self):
-        """Without ball, speed, heading or sample the state is unknown."""
+        """Without ball, speed, heading, sample, adversary or any row the state is unknown."""
         whole = bodies([0.0], ball=(0.0, 0.0), **SIX)
         ball = pl.col("team") == "ball"
         assert see(whole) is not None
         assert see(whole, t=5.0) is None
         assert see(whole.filter(~ball)) is None
+        assert see(whole.filter(pl.col("team") != "away")) is None
+        assert see(whole.clear()) is None
         assert see(whole.with_columns(vx=pl.when(ball).then(None).otherwise("vx"))) is None
         assert see(whole.with_columns(suspect=ball)) is None
         assert see(whole.with_columns(theta=pl.lit(None, dtype=pl.Float32))) is None
@@ -328,11 +314,6 @@ class TestMissing:
         whole = bodies([0.0], ball=(0.0, 0.0), **SIX)
         gone = pl.col("robot") == 3
         assert see(whole.with_columns(suspect=gone.fill_null(value=False))) == see(whole.filter(gone.not_() | gone.is_null()))
-
-    def test_everything(self):
-        """A table without rows gives no state."""
-        table = bodies([], ball=(0.0, 0.0))
-        assert see(table) is None
 
 
 coordinate = st.floats(-0.7, 0.7).filter(lambda x: abs(x) > 1e-3)

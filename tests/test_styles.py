@@ -1,4 +1,4 @@
-"""The scripts of two styles: a high press, and a deep block with passes forward."""
+"""The scripts of two styles: a high press, and a deep block with passes forward; and what static has in common with them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def film(script, bodies, frames, *, memory=None, ball_rests=False):
         yield bodies
 
 
-@pytest.mark.parametrize("script", [pressing, counter])
+@pytest.mark.parametrize("script", [static, pressing, counter])
 @given(view=views(count=3, ties=False))
 @settings(max_examples=50)
 def test_mirror(script, view):
@@ -109,7 +109,7 @@ def test_runs_ahead():
     assert deepest < M.goal_x - M.area_depth
 
 
-@pytest.mark.parametrize("script", [pressing, counter])
+@pytest.mark.parametrize("script", [static, pressing, counter])
 def test_leaves_the_ball_to_the_keeper(script):
     """No field player is in its own area while the ball is there."""
     bodies = view_of(KEEPER, (-0.3, 0.3, math.pi), (-0.2, -0.1, math.pi), ball=(-0.68, 0.3, 0, 0))

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
+from conftest import clip
 from support import executions, played, recordings
 
 from pitchlore.pipeline import arena, matches
@@ -64,7 +65,6 @@ from pitchlore.schemas import (
 )
 
 HERE = Path(__file__).parent
-SAMPLE = HERE.parent.parent / "data" / "samples" / "rsim-vss-3v3.parquet"
 #: Where the version of a stage is raised.
 PLACES = {"arena": "pipeline/arena/__init__.py"}
 #: The stretch of the sample that goes through all stages, s.
@@ -128,15 +128,11 @@ def _csv(*tables: pl.DataFrame) -> str:
 def _log(start_s: float, end_s: float) -> MatchLog:
     """A stretch of the sample, through the importer and the log's own format."""
     buffer = io.BytesIO()
-    _clip(start_s, end_s).write_parquet(buffer)
+    clip(start_s, end_s).write_parquet(buffer)
     log = recordings.read(buffer.getvalue(), "clip.parquet", match_id="clip-e3b0c44298fc")
     written = io.BytesIO()
     matches.write(log, written)
     return matches.read(written.getvalue(), where="clip")
-
-
-def _clip(start_s: float, end_s: float) -> pl.DataFrame:
-    return pl.read_parquet(SAMPLE).filter(pl.col("t").is_between(start_s, end_s, closed="left"))
 
 
 # --- the chain: each stage from what the stages before it made of a clip ---------------------------
@@ -148,7 +144,7 @@ def _data() -> tempfile.TemporaryDirectory[str]:
     folder = tempfile.TemporaryDirectory(prefix="golden-")
     store, settings = Store(Path(folder.name)), Settings()
     file = store.root / "clip.csv"  # its bytes do not depend on how Parquet is written
-    _clip(*CLIP).write_csv(file)
+    clip(*CLIP).write_csv(file)
     import_recording(store, Recording(file=file))
     scope = scope_of(store)
     STAGES.make(store, settings, scope)

@@ -72,12 +72,20 @@ def bodies(times, **places):
     return Trajectories.validate(table.sort("team", "robot", "t_ns"))
 
 
+def referee(*rows):
+    """Rows of schema Referee from (seconds, event, team, score of home, score of away)."""
+    return pl.DataFrame(
+        [(MATCH, round(t * S), event, team, home, away, None) for t, event, team, home, away in rows],
+        schema=Referee.dtypes(), orient="row",
+    )
+
+
 def sequences_of(situations, goals, worths, settings=GramSettings()):
     """Sequences of situations on a field where bodies stand still, and home scores after 3 s."""
     field = bodies(np.arange(0, 10, 0.5), ball=(0.0, 0.0), home_1=(-0.3, 0.1, 0.0, "m"), away_1=(0.4, -0.2, 3.0, "s"),
                    away_2=(0.7, 0.0, 3.0, "g"))
-    events = pl.DataFrame([(MATCH, 3 * S, "goal", "home", None, None, None)], schema=Referee.dtypes(), orient="row")
+    events = referee((3, "goal", "home", None, None))
     return sequences(situations, goals, worths, field, events, PITCHES[Kind.VSSS], settings)
 
 
-__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "changed", "consecutive", "goals", "patterns", "sequences_of", "situations"]
+__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "changed", "consecutive", "goals", "patterns", "referee", "sequences_of", "situations"]
