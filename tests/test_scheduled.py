@@ -19,10 +19,10 @@ import pytest
 import yaml
 from conftest import ROOT, clip
 from support.processes import eventually
-from support.sessions import QUIET, migrated
+from support.sessions import migrated
 from support.terminal import terminal
 
-from pitchlore.flows.server import Keeper, Process, database
+from pitchlore.flows.server import Keeper, database
 from pitchlore.pipeline.engine.history import log
 from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
@@ -129,18 +129,17 @@ def commands() -> list[str]:
     return [line.removeprefix("#   ") for line in lines if line.startswith("#   prefect ")]
 
 
-#: The command `prefect`, called for each list of words; the first that fails ends it.
+#: Calls the command `prefect` for each line of words, one after the other: to load Prefect's takes seconds.
 PREFECT = """
 import json, sys
 from prefect.cli import app
-for words in json.loads(sys.argv[1]):
-    sys.argv = ["prefect", *words]
+for line in sys.stdin:
+    sys.argv = ["prefect", *json.loads(line)]
     try:
         code = app()
     except SystemExit as ended:
         code = ended.code
-    if code:
-        sys.exit(f"{words}: {code}")
+    print("ended with", code or 0, flush=True)
 """
 
 
@@ -149,64 +148,70 @@ class Operated:
 
     Args:
         folder: an empty folder.
-        environment: environment of the server, and of the commands.
+        api: address of the server's API.
     """
 
-    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
-        self.data, self._environment = folder / "league", environment
+    def __init__(self, folder: Path, api: str) -> None:
+        self.data, self._api = folder / "league", api
         self._file = folder / "prefect.yaml"
         said = yaml.safe_load((ROOT / "prefect.yaml").read_text())
         for deployment in said["deployments"]:
             deployment["parameters"]["data"] = str(self.data)
         self._file.write_text(yaml.safe_dump(said))
+        environment = {**os.environ, "PREFECT_API_URL": self._api, "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
+                       "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO"}
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", PREFECT], env=environment, cwd=ROOT, text=True, start_new_session=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
-    def begin(self, *commands: str) -> subprocess.Popen[str]:
-        """Begin a process that does commands one after the other: to load Prefect's takes seconds."""
-        lines = [["--no-prompt", *command.split()[1:]] for command in commands]
-        for words in lines:
-            if "deploy" in words:
-                words += ["--prefect-file", str(self._file)]
-        return subprocess.Popen([sys.executable, "-c", PREFECT, json.dumps(lines)], env=self._environment, cwd=ROOT,
-                                text=True, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    def begin(self, command: str) -> None:
+        """Begin a command of Prefect's."""
+        words = ["--no-prompt", *command.split()[1:], *(["--prefect-file", str(self._file)] if " deploy " in command else [])]
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(words) + "\n")
+        self.process.stdin.flush()
 
-    def call(self, *commands: str) -> None:
-        with self.begin(*commands) as process:
-            said, _ = process.communicate(timeout=120)
-        assert process.returncode == 0, f"{commands}: {said}"
+    def call(self, command: str) -> None:
+        """Call one, and wait for its end."""
+        self.begin(command)
+        assert self.process.stdout is not None
+        said = list(iter(self.process.stdout.readline, "ended with 0\n"))
+        assert not [line for line in said if line.startswith("ended with")], said
+
+    def stop(self) -> str:
+        """End the command that was begun last; what it said."""
+        os.killpg(self.process.pid, signal.SIGTERM)
+        return self.process.communicate(timeout=60)[0]
 
     def ask(self, method: str, path: str, body: Any = None, **params: str) -> Any:
         """The server's answer; while its database is written to it says 503, and on a loaded machine it is slow."""
-        url = f"{self._environment['PREFECT_API_URL']}{path}"
         while True:
-            answer = httpx.request(method, url, json=body, params=params, timeout=180)
+            answer = httpx.request(method, f"{self._api}{path}", json=body, params=params, timeout=180)
             if answer.status_code != httpx.codes.SERVICE_UNAVAILABLE:
                 return answer.raise_for_status().json() if answer.content else None
             time.sleep(0.2)
 
-    def fire(self, deployment: str, after: int) -> datetime:
+    def fire(self, deployment: str) -> datetime:
         """Give a deployment a schedule that fires once, and never again. The moment.
 
-        Args:
-            deployment: its flow and its name.
-            after: seconds until then; more than the scheduler needs to see it on a loaded machine.
+        On a loaded machine the scheduler may see a schedule when its moment has passed: then there is another.
         """
-        moment = datetime.now(UTC).replace(microsecond=0) + timedelta(seconds=after)
-        schedule = {"rrule": f"DTSTART:{moment:%Y%m%dT%H%M%S}Z\nRRULE:FREQ=SECONDLY;COUNT=1", "timezone": "UTC"}
         identity = self.ask("GET", f"/deployments/name/{deployment}")["id"]
-        self.ask("POST", f"/deployments/{identity}/schedules", [{"active": True, "schedule": schedule}])
-        return moment
+        while True:
+            moment = datetime.now(UTC).replace(microsecond=0) + timedelta(seconds=5)
+            schedule = {"rrule": f"DTSTART:{moment:%Y%m%dT%H%M%S}Z\nRRULE:FREQ=SECONDLY;COUNT=1", "timezone": "UTC"}
+            self.ask("POST", f"/deployments/{identity}/schedules", [{"active": True, "schedule": schedule}])
+            while datetime.now(UTC) < moment + timedelta(seconds=5):
+                if self.runs_at(deployment, moment):
+                    return moment
+                time.sleep(0.2)
 
     def runs_at(self, deployment: str, moment: datetime) -> list[dict[str, Any]]:
         """The flow runs of a deployment that were due at a moment."""
         flow, name = deployment.split("/")
-        found = self.ask("POST", "/flow_runs/filter", {
-            "flows": {"name": {"any_": [flow]}}, "deployments": {"name": {"any_": [name]}}})
-        return [run for run in found if datetime.fromisoformat(run["expected_start_time"]) == moment]
-
-    def states_of(self, run: dict[str, Any]) -> list[str]:
-        """The names of all states that a run was in, in order."""
-        found = self.ask("GET", "/flow_run_states/", flow_run_id=run["id"])
-        return [state["name"] for state in sorted(found, key=lambda state: state["timestamp"])]
+        return self.ask("POST", "/flow_runs/filter", {
+            "flows": {"name": {"any_": [flow]}}, "deployments": {"name": {"any_": [name]}},
+            "flow_runs": {"expected_start_time": {"after_": moment.isoformat(), "before_": moment.isoformat()}}})
 
     def ended(self, deployment: str, moment: datetime) -> dict[str, Any]:
         """The only run that was due at a moment, when it has ended."""
@@ -215,59 +220,51 @@ class Operated:
             assert len(runs) <= 1
             return runs[0] if runs and runs[0]["end_time"] else None
 
-        return eventually(look, 300.0, every=1)
+        return eventually(look, 300.0, every=0.2)
 
 
 @pytest.fixture
 def operated(tmp_path, monkeypatch, prefect_server):
-    """The server, with pool, queue and deployments, and a recording of five seconds."""
+    """The server, and a recording of five seconds; of the deployments nothing is left."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    environment = {
-        **os.environ, **QUIET, "PREFECT_HOME": str(migrated(tmp_path / "home")), "PREFECT_UI_ENABLED": "false", "COLUMNS": "250",
-        "PREFECT_SERVER_SERVICES_SCHEDULER_LOOP_SECONDS": "3",
-        "PREFECT_SERVER_SERVICES_LATE_RUNS_AFTER_SECONDS": "2", "PREFECT_SERVER_SERVICES_LATE_RUNS_LOOP_SECONDS": "2",
-        "PREFECT_WORKER_QUERY_SECONDS": "2", "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO",
-    }
-    server = Process(environment)
+    here = Operated(tmp_path, prefect_server)
+    (here.data / "inbox").mkdir(parents=True)
+    clip(0.0, 5.0).write_csv(here.data / "inbox" / "derby.csv")
     try:
-        server.wait()
-        here = Operated(tmp_path, environment | {"PREFECT_API_URL": server.record.api})
-        (here.data / "inbox").mkdir(parents=True)
-        clip(0.0, 5.0).write_csv(here.data / "inbox" / "derby.csv")
         yield here
     finally:
-        server.stop()
+        if here.process.poll() is None:
+            here.stop()
+    for left in here.ask("POST", "/deployments/filter", {}):
+        here.ask("DELETE", f"/deployments/{left['id']}")
 
 
 @pytest.mark.slow
 def test_missed_and_fired(operated):
-    """Runs that are due while no worker is there are late, and each is done once when one comes, one after the other.
+    """A run that is due while no worker is there is late, and done once when one comes; the league's runs wait in line.
 
     A run that is due while a worker is there is done in time. The commands are those of prefect.yaml.
     """
     *setting_up, work = commands()
-    operated.call(*setting_up)
-    missed = [("run/nightly", operated.fire("run/nightly", 8)), ("train/weekly", operated.fire("train/weekly", 9))]
-    for deployment, moment in missed:
-        eventually(lambda d=deployment, m=moment: [run["state_name"] for run in operated.runs_at(d, m)] == ["Late"],
-                   seconds=180, every=1)
-    worker = operated.begin(work)
-    try:
-        done = [operated.ended(deployment, moment) for deployment, moment in missed]
-        assert [(run["state_type"], run["run_count"]) for run in done] == [("COMPLETED", 1)] * 2
-        assert all("Late" in operated.states_of(run) for run in done)
-        assert done[0]["end_time"] <= done[1]["start_time"]  # the limit of the league's queue
-        moment = operated.fire("run/nightly", 8)
-        fired = operated.ended("run/nightly", moment)
-        assert (fired["state_type"], fired["run_count"]) == ("COMPLETED", 1)
-        assert datetime.fromisoformat(fired["start_time"]) <= moment + timedelta(seconds=60)
-        # Prefect's worker prepares a run before it is due, and may begin it some tenths of a second early
-        assert datetime.fromisoformat(fired["start_time"]) >= moment - timedelta(seconds=1)
-    finally:
-        os.killpg(worker.pid, signal.SIGTERM)
-        said, _ = worker.communicate(timeout=60)
-    entries = log(Store(operated.data)).entries
-    assert [(entry.what, entry.knowledge, entry.policy) for entry in entries] == [
-        ("run", 1, None), ("train", None, 1), ("run", 1, 1)], said
-    assert [bool(entry.made) for entry in entries] == [True, True, False]
-    assert [entry.failed for entry in entries] == [0, 0, 0]
+    for command in setting_up:
+        operated.call(command)
+    store, missed, fired = Store(operated.data), "run/nightly", "train/weekly"
+
+    def late(deployment: str, moment: datetime) -> bool:
+        return [run["state_name"] for run in operated.runs_at(deployment, moment)] == ["Late"]
+
+    due = operated.fire(missed)
+    eventually(lambda: late(missed, due), seconds=180, every=0.2)
+    with store.removing():  # the run waits for it
+        operated.begin(work)
+        eventually(lambda: operated.runs_at(missed, due)[0]["state_name"] == "Running", seconds=180, every=0.2)
+        moment = operated.fire(fired)
+        eventually(lambda: late(fired, moment), seconds=180, every=0.2)  # the limit of the league's queue
+    runs = [operated.ended(missed, due), operated.ended(fired, moment)]
+    assert [(run["state_type"], run["run_count"]) for run in runs] == [("COMPLETED", 1)] * 2
+    first, second = ([datetime.fromisoformat(run[name]) for name in ("start_time", "end_time")] for run in runs)
+    assert first[1] <= second[0] <= max(moment, first[1]) + timedelta(seconds=60)
+    entries, said = log(store).entries, operated.stop()
+    assert [(entry.what, entry.knowledge, entry.policy) for entry in entries] == [("run", 1, None), ("train", None, 1)], said
+    assert all(entry.made for entry in entries)
+    assert [entry.failed for entry in entries] == [0, 0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,27 +12,24 @@ import pytest
 from pitchlore.flows.cli import COMMANDS, GROUPS, command_line
 from pitchlore.pipeline.store import Store
 
-#: Prints which of these packages a command has loaded.
+#: Prints for commands, one after the other, which of some packages are loaded behind it.
 LOADED = """
-import sys
+import json, sys
 from pitchlore.flows.cli import main
-*words, packages = sys.argv[1:]
-try:
-    main(words)
-except SystemExit:
-    pass
-print("loaded:", *sorted(set(packages.split()) & set(sys.modules)))
+for words, packages in json.loads(sys.argv[1]):
+    try:
+        main(words)
+    except SystemExit:
+        pass
+    print("loaded:", *sorted(set(packages.split()) & set(sys.modules)))
 """
 #: What takes long to load and no command that looks needs.
 HEAVY = "prefect numba matplotlib pymunk scipy skfuzzy minisom sqlalchemy pygame PIL"
 TABLES = "polars pyarrow duckdb dataframely numpy"
-
-
-@pytest.mark.parametrize(("words", "packages"), [
+#: Commands, and packages that neither they nor those before them need.
+LIGHT = [
     (("--help",), f"{HEAVY} {TABLES} pydantic"),
     (("kb", "--help"), f"{HEAVY} {TABLES} pydantic"),
-    # its help names the formats that the readers tell, and they load numba
-    (("import", "--help"), "prefect matplotlib pymunk minisom skfuzzy sqlalchemy pygame PIL"),
     (("run", "--help"), HEAVY),
     (("kb", "list"), HEAVY),
     (("kb", "show"), HEAVY),
@@ -39,15 +37,20 @@ TABLES = "polars pyarrow duckdb dataframely numpy"
     (("sql", "select count(*) from situations"), HEAVY),
     (("quarantine",), HEAVY),
     (("commentary", "early"), HEAVY),
-    (("replay", "early", "--output", "page.html"), "prefect numba matplotlib pymunk scipy"),
     (("server", "status"), HEAVY),
-])
-def test_loaded_packages(finished, tmp_path, monkeypatch, words, packages):
+    (("replay", "early", "--output", "page.html"), "prefect numba matplotlib pymunk scipy"),
+    # its help names the formats that the readers tell, and they load numba
+    (("import", "--help"), "prefect matplotlib pymunk minisom skfuzzy sqlalchemy pygame PIL"),
+]
+
+
+def test_loaded_packages(finished, tmp_path, monkeypatch):
     """A command loads none of the packages that it does not need."""
     monkeypatch.setenv("PITCHLORE_DATA", str(finished))
-    reported = subprocess.run([sys.executable, "-c", LOADED, *words, packages], cwd=tmp_path, text=True, check=True,
-                          capture_output=True).stdout
-    assert reported.splitlines()[-1] == "loaded:"
+    reported = subprocess.run([sys.executable, "-c", LOADED, json.dumps(LIGHT)], cwd=tmp_path, text=True, check=True,
+                              capture_output=True).stdout
+    said = [line for line in reported.splitlines() if line.startswith("loaded:")]
+    assert list(zip(LIGHT, said, strict=True)) == [(each, "loaded:") for each in LIGHT]
 
 
 def test_every_command_is_there():

@@ -11,7 +11,7 @@ import time
 
 import pytest
 from conftest import ROOT, clip
-from support.processes import COMMAND_LINE
+from support.processes import COMMAND_LINES
 
 from pitchlore.pipeline.base import system
 from pitchlore.pipeline.store.locks import free, holding, taken
@@ -128,20 +128,16 @@ def test_read_at(name, monkeypatch, tmp_path):
 @pytest.mark.slow
 def test_without_what_windows_lacks(tmp_path):
     """Import, run, sql and replay need nothing of Linux's alone."""
-    (tmp_path / "derby.parquet").parent.mkdir(exist_ok=True)
     clip(0.0, 40.0).write_parquet(tmp_path / "derby.parquet")
 
-    def pitchlore(*words: str) -> str:
-        environment = {**os.environ, "PITCHLORE_DATA": str(tmp_path / "data")}
-        done = subprocess.run([sys.executable, "-c", HIDDEN + COMMAND_LINE, *words], cwd=tmp_path, text=True,
-                              env={**environment, "PYTHONPATH": str(ROOT)}, capture_output=True)
-        assert done.returncode == 0, f"{words}:\n{done.stdout}\n{done.stderr}"
-        return done.stdout
-
-    pitchlore("import", "derby.parquet")
-    assert json.loads(pitchlore("run", "--json"))["knowledge"] == 1
-    ((found,),) = (row.values() for row in json.loads(pitchlore("sql", "--json", "select count(*) from situations")))
-    assert found > 50
-    pitchlore("replay", "derby")
+    lines = [["import", "derby.parquet"], ["run", "--json"], ["sql", "--json", "select count(*) n from situations"],
+             ["replay", "derby"]]
+    done = subprocess.run([sys.executable, "-c", HIDDEN + COMMAND_LINES, json.dumps(lines)], cwd=tmp_path, text=True,
+                          env={**os.environ, "PITCHLORE_DATA": str(tmp_path / "data"), "PYTHONPATH": str(ROOT)},
+                          capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    _, ran, asked, *_ = done.stdout.split("\0")
+    assert json.loads(ran)["knowledge"] == 1
+    assert json.loads(asked)[0]["n"] > 50
     assert list((tmp_path / "data" / "replays").glob("*.html"))
     assert list(tmp_path.glob("data/..lock.held"))  # the portable way was taken

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, clip
 from support import trees
-from support.processes import COMMAND_LINE
+from support.processes import COMMAND_LINE, COMMAND_LINES
 
 import pitchlore
 from pitchlore import pipeline
@@ -40,8 +40,9 @@ for path in sorted(pathlib.Path().glob("*.ipynb")):
             exec("".join(cell["source"]), names)
     print(path)
 """
+STUDIES = "import pitchlore; print(*sorted(pitchlore.studies().rglob('*.csv')))"
 #: A season that takes seconds.
-SEASON = 'base = "paper"\ngames = 1\n[referee]\nduration_s = 20\n'
+SEASON = 'base = "paper"\ngames = 1\n[referee]\nduration_s = 5\n'
 
 
 @pytest.fixture(scope="session")
@@ -141,21 +142,18 @@ def test_away_from_the_checkout(installed):
 
     report = json.loads(installed.run("pitchlore", "run", "--json"))
     assert report["knowledge"] == 1
-    asked = installed.run("pitchlore", "sql", "--json", "select count(*) as n from situations")
+    asked, _, played, _, rest = installed.run("python", "-c", COMMAND_LINES + CELLS + STUDIES, json.dumps([
+        ["sql", "--json", "select count(*) as n from situations"], ["replay", "derby"],
+        ["season", "--settings", "tiny.toml", "--opponent", "static", "--json"], ["notebooks", "--no-open"]])).split("\0")
     assert json.loads(asked)[0]["n"] > 50
-    installed.run("pitchlore", "replay", "derby")
     (page,) = (installed.folder / "data" / "replays").glob("*.html")
     assert "<script" in page.read_text(encoding="utf-8")
-    played = json.loads(installed.run(
-        "pitchlore", "season", "--settings", "tiny.toml", "--opponent", "static", "--json"))
-    assert [row["games"] for row in played["seasons"]] == [1]
+    assert [row["games"] for row in json.loads(played)["seasons"]] == [1]
 
-    installed.run("pitchlore", "notebooks", "--no-open")
     copied = {path.name for path in (installed.folder / "notebooks").glob("*.ipynb")}
     assert copied == {path.name for path in (ROOT / "notebooks").glob("*.ipynb")}
-    assert installed.run("python", "-c", CELLS).split() == sorted(copied)
-    studies = "import pitchlore; print(*sorted(pitchlore.studies().rglob('*.csv')))"
-    found = installed.run("python", "-c", studies).split()
+    *executed, found = (line.split() for line in rest.splitlines())
+    assert executed == [[name] for name in sorted(copied)]
     assert len(found) > 15
     assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)
 

@@ -18,6 +18,17 @@ def pitchlore(*words: object, before: str = "") -> list[str]:
     """The words that call the command line in a process of its own, after some Python of a test's."""
     return [sys.executable, "-c", before + COMMAND_LINE, *map(str, words)]
 
+#: Several command lines in one process, as JSON in its first argument; each must succeed, and ends with a NUL.
+COMMAND_LINES = """
+import json, sys
+from pitchlore.flows.cli import main
+for words in json.loads(sys.argv[1]):
+    try: main(words)
+    except SystemExit as ended:
+        if ended.code: raise
+    print(end="\\0", flush=True)
+"""
+
 
 def eventually(what: Callable[[], T], seconds: float = 60.0, every: float = 0.02) -> T:
     """The awaited thing, as soon as it is there; looked for so often, seconds."""

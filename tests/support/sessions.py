@@ -22,6 +22,9 @@ EMPTY = Path(__file__).parents[2] / ".cache" / f"prefect-{version('prefect')}.db
 #: What no flow of ours needs of a server that tests share, and would cost it seconds.
 QUIET = {f"PREFECT_SERVER_SERVICES_{service}_ENABLED": "false" for service in (
     "CANCELLATION_CLEANUP", "CLEANUP_RECONCILER", "EVENT_PERSISTER", "FOREMAN", "PAUSE_EXPIRATIONS", "REPOSSESSOR", "TRIGGERS")}
+#: What is scheduled, and what is late, is found within a second or two.
+QUIET |= {f"PREFECT_SERVER_SERVICES_{setting}": seconds for setting, seconds in (
+    ("SCHEDULER_LOOP_SECONDS", "2"), ("LATE_RUNS_AFTER_SECONDS", "1"), ("LATE_RUNS_LOOP_SECONDS", "2"))}
 
 
 def once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
