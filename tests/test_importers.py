@@ -21,7 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import FILES
 from support import recordings
-from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording, same
+from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, assert_sound, imported
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording
@@ -32,7 +32,6 @@ from pitchlore.pipeline.importers.football.providers import PROVIDERS
 from pitchlore.pipeline.importers.readers import READERS, open_source, read
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.foreign import ForeignFile
-from pitchlore.schemas import Quality, Referee
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -40,25 +39,16 @@ def test_real_recording(name: str) -> None:
     """A real recording becomes a sound match."""
     match = imported(name)
     frames, info = match.frames, match.info
-    Referee.validate(match.referee)
-    Quality.validate(match.quality)
-    assert frames.t_ns[0] == 0
+    assert_sound(match)
     assert (np.diff(frames.t_ns) > 0).all()
-    assert (np.diff(frames.offsets) >= 0).all()
-    assert match.referee["t_ns"].is_sorted()
     assert match.referee["t_ns"].is_between(0, int(frames.t_ns[-1])).all()
-    # periods are consecutive and cover all samples
-    assert info.periods[0].start_ns == 0
     assert info.periods[-1].end_ns == frames.t_ns[-1] + 1
-    assert all(a.end_ns == b.start_ns for a, b in zip(info.periods[:-1], info.periods[1:], strict=True))
     # no body is further out than players and balls go: into the net and over the line
     margin = 0.1 * info.pitch.length
     for bodies in (frames.robots, frames.ball):
         assert np.nanmax(np.abs(bodies["x"])) < info.pitch.length / 2 + margin
         assert np.nanmax(np.abs(bodies["y"])) < info.pitch.width / 2 + margin
-    theta = frames.robots["theta"]
-    assert (theta > -np.float32(np.pi) - 1e-6).all()
-    assert (theta <= np.float32(np.pi)).all()
+    assert not np.isnan(frames.robots["theta"]).any()
 
 
 @pytest.mark.parametrize(
@@ -79,13 +69,6 @@ def test_teams_and_goals(
     assert match.referee.select("score_home", "score_away").row(-1) == score
     goals = match.referee.filter(pl.col("event") == "goal")["team"].cast(pl.String).to_list()
     assert (goals.count("home"), goals.count("away")) == score
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_import_again(name: str) -> None:
-    """Importing again gives the same match, whatever folder the file is in."""
-    assert same(imported(name), imported.__wrapped__(name))
-    assert imported(name).info.match_id == open_source(recording(name), "renamed/" + name).match_id
 
 
 @pytest.mark.parametrize("name", [RSIM, SSL, RCSS])
@@ -129,7 +112,7 @@ def test_format_by_content(head: bytes, is_a: str) -> None:
     "junk",
     [
         b"", gzip.compress(b"", mtime=0), b"Dear referee, the match was good, fast, fair, and short.\nYours, a fan\n",
-        b"\x00" * 100, b"{}", b"1,2,3,4,5\n1,2,x,4,5\n", b"\x1f\x8b not gzip",
+        b"\x00" * 100, b"{}", b"TEAMLOG\x00\x01\x02private", b"SSL_LOG\0\0\0\1" + bytes(40), b"\0" * 16 + b"SSL_LOG_FILE", b"1,2,3,4,5\n1,2,x,4,5\n", b"\x1f\x8b not gzip",
     ],
 )
 def test_refusal_of_other_files(junk: bytes) -> None:
@@ -199,14 +182,6 @@ def test_hostile_names_become_safe(name: str, slug: str) -> None:
 def test_valid_identity(name: str, data: bytes) -> None:
     """Every file name makes a valid match id."""
     assert re.fullmatch(r"[a-z0-9][a-z0-9-]{0,63}", open_source(b"x" + data, name).match_id)
-
-
-def test_identity_of_content() -> None:
-    """The same content has the same hash in its match id, whatever the file's name."""
-    one = open_source(CSV, "a.csv").match_id
-    assert open_source(CSV, "b.csv").match_id[-12:] == one[-12:]
-    assert open_source(gzip.compress(CSV), "a.csv.gz").match_id == one
-    assert open_source(CSV + b"\n", "a.csv").match_id[-12:] != one[-12:]
 
 
 def test_corrupt_gzip() -> None:

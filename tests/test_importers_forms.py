@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 from support.recordings import read as opened
+from support.recordings import same_frames
 from support.tracking import flaws, parquet, read, robots
 
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
@@ -41,9 +42,7 @@ WIDE = """frame,t,ball_x,ball_y,x_réds1,y_réds1,th_réds1,x_réds2,y_réds2,th
 
 def same(one: MatchLog, two: MatchLog) -> bool:
     """True if two matches have the same teams, bodies and samples."""
-    return (one.info.home, one.info.away, robots(one)) == (two.info.home, two.info.away, robots(two)) and all(
-        getattr(one.frames, part).tobytes() == getattr(two.frames, part).tobytes()
-        for part in ("number", "t_ns", "ball", "offsets", "robots"))
+    return (one.info.home, one.info.away) == (two.info.home, two.info.away) and same_frames(one.frames, two.frames)
 
 
 # --- text -------------------------------------------------------------------------------------------

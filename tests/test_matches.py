@@ -19,9 +19,9 @@ from support.mcap_logs import (
     match,
     referee_of,
     rows_of,
-    same,
     written,
 )
+from support.recordings import same
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording, SchemaMismatch

@@ -20,15 +20,14 @@ from mcap.records import Chunk, ChunkIndex
 from support.mcap_logs import (
     INFO,
     SMALL,
-    assert_same_frames,
     foreign,
     frames_of,
     match,
     rows_of,
-    same,
     with_chunk,
     written,
 )
+from support.recordings import same, same_frames
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
@@ -79,7 +78,7 @@ def test_damaged_commands():
     lost = pl.col("t_ns").is_between(broken.message_start_time, broken.message_end_time)
     assert back.commands.equals(log.commands.filter(~lost))
     assert 0 < len(back.commands) < 200
-    assert_same_frames(back.frames, log.frames)
+    assert same_frames(back.frames, log.frames)
     assert not back.info.complete
     assert back.quality["flaw"].to_list() == ["damaged chunk"]
 
@@ -102,7 +101,7 @@ def test_chunk_length():
     for index in chunk_indexes(data)[::5]:
         for bit in (0, 3, 9, 20, 40, 63):  # of the length, from a byte too many to half of all there is
             back = matches.read(flipped(data, 8 * (index.chunk_start_offset + 1) + bit), where="a.mcap")
-            assert_same_frames(back.frames, log.frames)
+            assert same_frames(back.frames, log.frames)
             assert back.decisions.equals(log.decisions)
             assert not back.info.complete
 
@@ -235,7 +234,7 @@ def test_damaged_metadata():
         assert back.info.source == "final.rcg"
         assert "metadata" in back.info.incomplete_reason
         assert back.quality["flaw"].to_list() == ["damaged record"]
-        assert_same_frames(back.frames, log.frames)
+        assert same_frames(back.frames, log.frames)
 
 
 def test_no_sound_metadata():

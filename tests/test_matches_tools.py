@@ -22,15 +22,14 @@ from mcap_ros2.writer import Writer as Ros2Writer
 from support.mcap_logs import (
     INFO,
     SMALL,
-    assert_same_frames,
     foreign,
     frame_dict,
     frames_of,
     match,
-    same,
     with_chunk,
     written,
 )
+from support.recordings import same, same_frames
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog
@@ -129,7 +128,7 @@ def test_ros2_writer():
         writer.write_message("/frame", schema, frame_dict(log.frames, i), t_ns)
     writer.finish()
     back = matches.read(stream.getvalue(), where="ros.mcap", default_info=INFO)
-    assert_same_frames(back.frames, log.frames)
+    assert same_frames(back.frames, log.frames)
     assert back.info == INFO
 
 

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from support import ssl_games, vsss_messages
+from support.recordings import same_frames
 from support.ssl_messages import Message, log
 
 from pitchlore.pipeline.base.errors import BadRecording, DamagedLog
@@ -121,10 +122,7 @@ def test_ssl_as_from_the_leagues_log() -> None:
                                                         gc.says(200, command=1)])
     theirs, ours = ssl_games.match(log(messages)), imported(recorded("ssl", of_log(messages)))
     assert ours.info.complete
-    for column in ("number", "t_ns", "offsets"):
-        np.testing.assert_array_equal(getattr(ours.frames, column), getattr(theirs.frames, column))
-    assert ours.frames.ball.tobytes() == theirs.frames.ball.tobytes()
-    assert ours.frames.robots.tobytes() == theirs.frames.robots.tobytes()
+    assert same_frames(ours.frames, theirs.frames)
     assert ours.referee.drop("match_id").equals(theirs.referee.drop("match_id"))
     assert (ours.info.home, ours.info.away, ours.info.pitch) == (theirs.info.home, theirs.info.away, theirs.info.pitch)
 

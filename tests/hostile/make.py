@@ -22,6 +22,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, ChunkIndex, Metadata
 from recordings import make
 from support import ssl_messages as ssl
+from support.tracking import parquet
 
 _HEADER = b"frame,t,team,player,x,y\n"
 _MAGIC = b"\x89MCAP0\r\n"
@@ -47,13 +48,9 @@ class Hostile(NamedTuple):
     mapping: str | None = None
 
 
-def _log() -> bytes:
-    return make.mcap()
-
-
 def _unfinished() -> bytes:
     """A log without its DataEnd and what follows."""
-    whole = _log()
+    whole = make.mcap()
     return whole[:whole.rindex(b"\x0f" + struct.pack("<Q", 4))]
 
 
@@ -66,7 +63,7 @@ def _encoded(*records: object) -> bytes:
 
 def landmarks_that_lead_nowhere() -> bytes:
     """A summary whose chunk index names 20,000 places between the records: each search begins anew."""
-    whole = _log()
+    whole = make.mcap()
     filling = b"".join(b"\x20" + struct.pack("<Q", 1) + b"\0" for _ in range(200_000))
     data = whole[:8] + filling
     indexes = [ChunkIndex(chunk_length=10, chunk_start_offset=8 + 90 * i + 1, compression="", compressed_size=0,
@@ -80,7 +77,7 @@ def landmarks_that_lead_nowhere() -> bytes:
 
 def lengths_that_lie() -> bytes:
     """Every record's length is that of the rest of the file."""
-    data = bytearray(_log()[:8])
+    data = bytearray(make.mcap()[:8])
     for i in range(100_000):
         data += b"\x05" + struct.pack("<Q", 10 * (100_000 - i)) + b"\0"
     return bytes(data)
@@ -91,7 +88,7 @@ def deep_metadata() -> bytes:
     deep = "[" * 100_000 + "]" * 100_000
     texts = {"info": deep, "quality": deep}
     crc = zlib.crc32(json.dumps(texts, sort_keys=True).encode())
-    return _log()[:8] + _encoded(Metadata(name="pitchlore", metadata={**texts, "crc32": f"{crc:08x}"})) + _MAGIC
+    return make.mcap()[:8] + _encoded(Metadata(name="pitchlore", metadata={**texts, "crc32": f"{crc:08x}"})) + _MAGIC
 
 
 def bomb_in_a_chunk() -> bytes:
@@ -129,7 +126,7 @@ def lying_rows() -> bytes:
     (length,) = struct.unpack("<I", data[-8:-4])
     head, footer = data[:-8 - length], data[-8 - length:-8]
     # field 3, an i64 in zigzag varint: type 6 (i64), one field after the schema
-    said, lie = _varint(2 * 5_000_000), bytearray(_varint(2 * 1_000))
+    said, lie = ssl.varint(2 * 5_000_000), bytearray(ssl.varint(2 * 1_000))
     while len(lie) < len(said):  # the same number, with zeros that count nothing
         lie[-1] |= 0x80
         lie.append(0)
@@ -137,20 +134,9 @@ def lying_rows() -> bytes:
     return head + footer.replace(b"\x16" + said, b"\x16" + bytes(lie), 1) + data[-8:]
 
 
-def _varint(number: int) -> bytes:
-    found = bytearray()
-    while number >= 0x80:
-        found.append(number & 0x7F | 0x80)
-        number >>= 7
-    return bytes([*found, number])
-
-
 def many_columns() -> bytes:
     """A Parquet file with 20,000 columns."""
-    table = make.plain().with_columns(pl.lit(0).alias(f"c{i}") for i in range(20_000))
-    buffer = io.BytesIO()
-    table.write_parquet(buffer)
-    return buffer.getvalue()
+    return parquet(make.plain().with_columns(pl.lit(0).alias(f"c{i}") for i in range(20_000)))
 
 
 def wide_header() -> bytes:

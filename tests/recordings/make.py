@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 from support import ssl_messages as ssl
+from support.tracking import parquet
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -304,13 +305,6 @@ def ssl_tracked() -> bytes:
     return ssl.log(messages, version=0, index=True)
 
 
-def parquet() -> bytes:
-    """The plain form in Parquet."""
-    out = io.BytesIO()
-    plain().write_parquet(out)
-    return out.getvalue()
-
-
 def mcap() -> bytes:
     """The sketch in our own log."""
     out = io.BytesIO()
@@ -333,7 +327,7 @@ FILES: dict[str, Callable[[], bytes]] = {
     "tracking-csv/mapped.csv": mapped,
     "tracking-csv/mapped.csv.toml": lambda: MAP.encode(),
     "tracking-csv/plain.csv": lambda: plain().write_csv().encode(),
-    "tracking-parquet/plain.parquet": parquet,
+    "tracking-parquet/plain.parquet": lambda: parquet(plain()),
 }
 
 if __name__ == "__main__":

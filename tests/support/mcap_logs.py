@@ -89,24 +89,6 @@ def written(log: MatchLog, **options: int) -> bytes:
     return stream.getvalue()
 
 
-def assert_same_frames(ours: Frames, theirs: Frames) -> None:
-    for name in ("number", "t_ns", "offsets"):
-        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
-    for name in ("ball", "robots"):
-        one, other = getattr(ours, name), getattr(theirs, name)
-        for column in one.dtype.names:
-            np.testing.assert_array_equal(one[column], other[column])
-
-
-def same(one: MatchLog, other: MatchLog) -> bool:
-    try:
-        assert_same_frames(one.frames, other.frames)
-    except AssertionError:
-        return False
-    tables = ("referee", "decisions", "commands")
-    return one.info == other.info and all(getattr(one, name).equals(getattr(other, name)) for name in tables)
-
-
 def rows_of(frames: Frames) -> list[tuple]:
     """Each frame as bytes that can be compared, NaN or not."""
     robots = [frames.robots[a:b] for a, b in zip(frames.offsets, frames.offsets[1:], strict=False)]
