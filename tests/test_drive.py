@@ -8,7 +8,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
@@ -25,8 +25,8 @@ from support import ssl_games, vsss_messages
 from support.protobufs import message_class
 from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, T0, VISION, of_log
+from test_watch import Call
 
-from pitchlore.flows.cli import main
 from pitchlore.flows.commands.addresses import addressed
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -459,7 +459,7 @@ def test_served(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_served_again(tmp_path: Path, call: Callable[..., tuple[int, str, str]]) -> None:
+def test_served_again(tmp_path: Path, call: Call) -> None:
     """A recipe holds no other program's play: a second match of the same teams has the next seed."""
     found = []
     for _ in range(2):
@@ -522,19 +522,16 @@ def test_two_of_our_teams(tmp_path: Path) -> None:
     (["record", "--home", "remote"], "remote: another program drives this team. Use `pitchlore record --serve vsss`."),
     (["drive", "--team", "static", "--as", "blue", "--at", "eyes=1"], "--at eyes=1 names no stream and address"),
 ])
-def test_refusals(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main([*words, "--data", str(tmp_path)])
-    assert ended.value.code == 1
-    assert said in capsys.readouterr().err
+def test_refusals(words: list[str], said: str, tmp_path: Path, call: Call) -> None:
+    code, _, err = call(*words, "--data", tmp_path)
+    assert (code, said in err) == (1, True)
 
 
-def test_no_vision(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["drive", "--team", "static", "--as", "yellow", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0",
-              "--at", "commands=127.0.0.1:9", "--seconds", "0.3", "--data", str(tmp_path)])
-    assert ended.value.code == 1
-    assert "No vision came: is the simulator running" in capsys.readouterr().out
+def test_no_vision(tmp_path: Path, call: Call) -> None:
+    code, out, _ = call(
+        "drive", "--team", "static", "--as", "yellow", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0",
+        "--at", "commands=127.0.0.1:9", "--seconds", "0.3", "--data", tmp_path)
+    assert (code, "No vision came: is the simulator running" in out) == (1, True)
 
 
 def test_a_team_that_nobody_can_drive(tmp_path: Path) -> None:

@@ -51,26 +51,18 @@ def test_over_the_line_and_back_to_the_centre(end: int) -> None:
     assert goal == BallGoal(int(crossed), end, CONFIDENCE["over", "centre"], "over", "centre", int(centred))
 
 
-def test_put_back_at_once() -> None:
-    """A ball that is put back when its centre has crossed was on the line."""
-    assert found(way((0.0, 0.2, 0.0), (1.0, 0.755, 0.05), *put(1.0, 0.0, 0.0))) == [("line", "centre", 1)]
-
-
-def test_lost_before_the_line() -> None:
-    """A ball that is lost on its way into the goal, and then at the centre, was not seen to cross."""
-    assert found(way((0.0, 0.0, 0.0), (1.0, 0.73, 0.05), *put(2.0, 0.0, 0.0), lost=(0.98, 2.0))) == [
-        ("unseen", "centre", 1)]
-
-
-def test_carried_back() -> None:
-    """A hand may carry the ball to the centre: it lies still there."""
-    assert found(way(*SHOT, (4.0, 0.01, 0.0), (6.0, 0.01, 0.0))) == [("over", "centre", 1)]
-
-
-def test_play_stopped() -> None:
-    """A ball that stays behind the line, or that is not seen any more, is a goal without a kick-off."""
-    assert found(way(*SHOT)) == [("over", "stopped", 1)]
-    assert found(way(*SHOT, (3.0, 0.82, 0.06), (4.0, 0.3, 0.3), (6.0, -0.3, 0.3))) == [("over", "stopped", 1)]
+@pytest.mark.parametrize(("ball", "wanted"), [
+    # put back when its centre has crossed: it was on the line
+    (way((0.0, 0.2, 0.0), (1.0, 0.755, 0.05), *put(1.0, 0.0, 0.0)), ("line", "centre", 1)),
+    # lost on its way into the goal, and then at the centre
+    (way((0.0, 0.0, 0.0), (1.0, 0.73, 0.05), *put(2.0, 0.0, 0.0), lost=(0.98, 2.0)), ("unseen", "centre", 1)),
+    (way(*SHOT, (4.0, 0.01, 0.0), (6.0, 0.01, 0.0)), ("over", "centre", 1)),  # carried by a hand, and lies still
+    (way(*SHOT), ("over", "stopped", 1)),  # no kick-off: it stays behind the line, or is not seen any more
+    (way(*SHOT, (3.0, 0.82, 0.06), (4.0, 0.3, 0.3), (6.0, -0.3, 0.3)), ("over", "stopped", 1)),
+])
+def test_what_follows(ball: Ball, wanted: tuple[str, str, int]) -> None:
+    """A goal is told by how the ball crossed the line and by what followed."""
+    assert found(ball) == [wanted]
 
 
 def test_played_on() -> None:

@@ -64,6 +64,10 @@ def test_axes_and_cycles(version: int) -> None:
     assert match.info.settings == {"version": version, "step_ms": 100}
 
 
+#: A log that begins after goals.
+MIDDLE = (PARAMS, show(300), "(playmode 301 kick_off_l)", show(301), "(playmode 350 goal_r)")
+
+
 def test_absent_player() -> None:
     """A player who is not on the pitch is not in the match."""
     match = read(log(show(1), show(2).replace("(l 1) 0 0x9", "(l 1) 0 0x80000")))
@@ -126,41 +130,24 @@ def test_course() -> None:
     assert match.quality.is_empty()
 
 
-def test_half_time() -> None:
-    """Without a pause, the kick-off after the last cycle of the half is half-time."""
-    match = read(log(PARAMS, show(9), "(playmode 11 kick_off_r)", show(11)))
-    assert [row[1] for row in events(match)] == ["half", "kick-off"]
-
-
-def test_second_half() -> None:
-    """A log that begins in the second half has no half-time event and keeps its score."""
-    match = read(log(
-        PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16),
-        "(playmode 17 kick_off_r)", show(17),
-    ))
-    assert [(row[1], row[3], row[4]) for row in events(match)] == [("goal", 3, 1), ("kick-off", 3, 1)]
-
-
-def test_log_of_the_middle() -> None:
-    """A log that begins after a goal has the score that its first team line tells, less its own goals; else none."""
-    begins = (PARAMS, show(300), "(playmode 301 kick_off_l)", show(301), "(playmode 350 goal_r)")
-    reported = read(log(*begins, "(team 350 A B 0 3)", show(350), "(playmode 351 kick_off_l)", show(351)))
-    assert [(row[1], row[3], row[4]) for row in events(reported) if row[1] != "half"] == [
-        ("kick-off", 0, 2), ("goal", 0, 3), ("kick-off", 0, 3)]
-    unknown = read(log(*begins, show(350)))
-    assert [(row[1], row[3], row[4]) for row in events(unknown)] == [("kick-off", None, None), ("goal", None, None)]
-    whole = read(log("(playmode 0 kick_off_l)", show(0), "(playmode 1 goal_l)", show(1)))
-    assert [(row[1], row[3], row[4]) for row in events(whole)] == [("kick-off", 0, 0), ("goal", 1, 0)]
-
-
-def test_goal_by_score() -> None:
-    """A goal counts once, also if only the score tells of it."""
-    only_score = read(log("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", show(2)))
-    assert events(only_score) == [(1, "goal", "home", 1, 0, "team")]
-    score_first = read(log(
-        "(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", "(playmode 2 goal_l)", show(2)
-    ))
-    assert [row[1] for row in events(score_first)] == ["goal"]
+@pytest.mark.parametrize(("lines", "wanted"), [
+    # without a pause, the kick-off after the last cycle of the half is half-time
+    ((PARAMS, show(9), "(playmode 11 kick_off_r)", show(11)), [("half", None, None), ("kick-off", None, None)]),
+    # a log that begins in the second half has no half-time event and keeps its score
+    ((PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16), "(playmode 17 kick_off_r)", show(17)),
+     [("goal", 3, 1), ("kick-off", 3, 1)]),
+    # one that begins after a goal has the score that its first team line tells, less its own goals; else none
+    ((*MIDDLE, "(team 350 A B 0 3)", show(350), "(playmode 351 kick_off_l)", show(351)),
+     [("kick-off", 0, 2), ("goal", 0, 3), ("half", 0, 3), ("kick-off", 0, 3)]),
+    ((*MIDDLE, show(350)), [("kick-off", None, None), ("goal", None, None)]),
+    (("(playmode 0 kick_off_l)", show(0), "(playmode 1 goal_l)", show(1)), [("kick-off", 0, 0), ("goal", 1, 0)]),
+    # a goal counts once, also if only the score tells of it
+    (("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", show(2)), [("goal", 1, 0)]),
+    (("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", "(playmode 2 goal_l)", show(2)), [("goal", 1, 0)]),
+])
+def test_halves_and_scores(lines: tuple[str, ...], wanted: list[tuple[object, ...]]) -> None:
+    """Half-time, goals and the score are found wherever a log begins."""
+    assert [(row[1], row[3], row[4]) for row in events(read(log(*lines)))] == wanted
 
 
 def test_cut_log() -> None:

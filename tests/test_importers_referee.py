@@ -28,27 +28,30 @@ def test_events_of_states() -> None:
     ]
 
 
-def test_score_over_states() -> None:
-    """A goal in the states that does not count is a stop; one that is taken back becomes one."""
-    match = read(course(
-        ("play", 0, 0), ("goal_a", 0, 0), ("play", 2, 0), ("stop", 1, 0), ("kickoff_b", 1, 0)
-    ))
-    assert events(match) == [
-        (0, "play", None, 0, 0),
-        (1, "stop", None, 0, 0),
-        (2, "goal", "home", 1, 0), (2, "stop", None, 2, 0), (2, "play", None, 2, 0),
-        (3, "stop", None, 1, 0),
-        (4, "kick-off", "away", 1, 0),
-    ]
+STATES, SCORED = "game_state", "game_state,score_home,score_away"
 
 
-def test_goals_of_states() -> None:
-    """Without scores, goals are those of the states."""
-    match = read(course(("kickoff_a",), ("goal_b+kickoff_a",), ("goal_a",), ("kickoff_b",), columns="game_state"))
-    assert events(match) == [
+@pytest.mark.parametrize(("columns", "states", "wanted"), [
+    # a goal in the states that does not count is a stop; one that is taken back becomes one
+    (SCORED, [("play", 0, 0), ("goal_a", 0, 0), ("play", 2, 0), ("stop", 1, 0), ("kickoff_b", 1, 0)], [
+        (0, "play", None, 0, 0), (1, "stop", None, 0, 0), (2, "goal", "home", 1, 0), (2, "stop", None, 2, 0),
+        (2, "play", None, 2, 0), (3, "stop", None, 1, 0), (4, "kick-off", "away", 1, 0)]),
+    (SCORED, [("play", 0, 0), ("goal", 0, 0), ("kickoff_a", 0, 0), ("goal", 1, 0), ("kickoff_b", 1, 0)], [
+        (0, "play", None, 0, 0), (1, "stop", None, 0, 0), (2, "kick-off", "home", 0, 0), (3, "goal", "home", 1, 0),
+        (4, "kick-off", "away", 1, 0)]),
+    # without scores, goals are those of the states
+    (STATES, [("kickoff_a",), ("goal_b+kickoff_a",), ("goal_a",), ("kickoff_b",)], [
         (0, "kick-off", "home", 0, 0), (1, "goal", "away", 0, 1), (1, "kick-off", "home", 0, 1),
-        (2, "goal", "home", 1, 1), (3, "kick-off", "away", 1, 1),
-    ]
+        (2, "goal", "home", 1, 1), (3, "kick-off", "away", 1, 1)]),
+    # a kick-off without a half-time before it follows a goal, even if the scoring team is unknown
+    (STATES, [("kickoff",), ("play",), ("kickoff",), ("play",)], [
+        (0, "kick-off", None, 0, 0), (2, "goal", None, None, None), (2, "kick-off", None, None, None)]),
+    # a score that nobody tells stays unknown
+    (STATES, [("play",), ("freeball",)], [(0, "play", None, None, None), (1, "fault", None, None, None)]),
+])
+def test_goals_and_scores(columns: str, states: list[tuple[object, ...]], wanted: list[tuple[object, ...]]) -> None:
+    """Goals are those of the score, else of the states; what nobody tells is unknown."""
+    assert events(read(course(*states, columns=columns))) == wanted
 
 
 @pytest.mark.parametrize(
@@ -89,23 +92,6 @@ def test_unknown_team(after: tuple[str, ...]) -> None:
         assert (3, "goal", "away", None, None) in found
 
 
-def test_unexplained_kick_off() -> None:
-    """A kick-off without a half-time before it follows a goal, even if the scoring team is unknown."""
-    match = read(course(("kickoff",), ("play",), ("kickoff",), ("play",), columns="game_state"))
-    assert events(match) == [
-        (0, "kick-off", None, 0, 0), (2, "goal", None, None, None), (2, "kick-off", None, None, None)
-    ]
-
-
-def test_no_rise_of_score() -> None:
-    """If the table has a score, a goal state at which the score does not rise is a stop."""
-    match = read(course(("play", 0, 0), ("goal", 0, 0), ("kickoff_a", 0, 0), ("goal", 1, 0), ("kickoff_b", 1, 0)))
-    assert [row[1:] for row in events(match)] == [
-        ("play", None, 0, 0), ("stop", None, 0, 0), ("kick-off", "home", 0, 0), ("goal", "home", 1, 0),
-        ("kick-off", "away", 1, 0),
-    ]
-
-
 def test_goals_from_kick_offs() -> None:
     """Without a score and without goals in the states, kick-offs tell the goals."""
     match = read(course(
@@ -114,13 +100,6 @@ def test_goals_from_kick_offs() -> None:
     ))
     assert [row for row in events(match) if row[1] == "goal"] == [
         (2, "goal", "home", 1, 0), (7, "goal", "away", 1, 1)
-    ]
-
-
-def test_unknown_score() -> None:
-    """A score that nobody tells stays unknown."""
-    assert events(read(course(("play",), ("freeball",), columns="game_state"))) == [
-        (0, "play", None, None, None), (1, "fault", None, None, None)
     ]
 
 

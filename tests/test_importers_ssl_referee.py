@@ -68,42 +68,32 @@ def test_commands() -> None:
     assert (game.info.home, game.info.away) == ("Blues", "Yellows")
 
 
-def test_a_goal_counts_from_the_stop() -> None:
-    """The score rises when people have agreed; the goal is when play was stopped, and so is the score from then on."""
-    game = play(
-        (0, {"command": command("NORMAL_START"), "stage": stage("NORMAL_FIRST_HALF")}),
-        (30, {"command": command("HALT")}),
-        (40, {"command": command("STOP"), "blue": Team("Blues", 1)}),
-        (44, {"command": command("PREPARE_KICKOFF_YELLOW")}),
-        (50, {"command": command("NORMAL_START")}),
-        (80, {"command": command("STOP"), "yellow": Team("Yellows", 1)}),
-    )
-    assert reported(game) == [
-        (0, "play", None, 0, 0), (30, "goal", "home", 1, 0), (40, "stop", None, 1, 0),
-        (50, "kick-off", "away", 1, 0), (80, "goal", "away", 1, 1),
-    ]
-
-
-def test_a_goal_that_is_taken_back() -> None:
-    """It becomes a stop, and the score from it on is what it was before."""
-    game = play(
-        (0, {"command": command("NORMAL_START")}),
-        (30, {"command": command("HALT"), "blue": Team("Blues", 1)}),
-        (40, {"command": command("STOP"), "blue": Team("Blues", 0)}),
-        (50, {"command": command("FORCE_START")}),
-    )
-    assert reported(game) == [(0, "play", None, 0, 0), (30, "stop", None, 0, 0), (40, "stop", None, 0, 0),
-                          (50, "play", None, 0, 0)]
-    assert game.referee["note"][1] == "goal taken back"
-
-
-def test_two_goals_at_once_and_a_score_at_the_begin() -> None:
-    """The score with which a log begins is no goal; a rise by two is two goals."""
-    game = play(
-        (0, {"command": command("FORCE_START"), "blue": Team("Blues", 3)}),
-        (40, {"command": command("STOP"), "blue": Team("Blues", 5)}),
-    )
-    assert reported(game) == [(0, "play", None, 3, 0), (40, "goal", "home", 4, 0), (40, "goal", "home", 5, 0)]
+@pytest.mark.parametrize(("said", "wanted"), [
+    # the score rises when people have agreed; the goal is when play was stopped, and so is the score from then on
+    ([(0, {"command": command("NORMAL_START"), "stage": stage("NORMAL_FIRST_HALF")}),
+      (30, {"command": command("HALT")}),
+      (40, {"command": command("STOP"), "blue": Team("Blues", 1)}),
+      (44, {"command": command("PREPARE_KICKOFF_YELLOW")}),
+      (50, {"command": command("NORMAL_START")}),
+      (80, {"command": command("STOP"), "yellow": Team("Yellows", 1)})],
+     [(0, "play", None, 0, 0), (30, "goal", "home", 1, 0), (40, "stop", None, 1, 0), (50, "kick-off", "away", 1, 0),
+      (80, "goal", "away", 1, 1)]),
+    # a goal that is taken back becomes a stop, and the score from it on is what it was before
+    ([(0, {"command": command("NORMAL_START")}),
+      (30, {"command": command("HALT"), "blue": Team("Blues", 1)}),
+      (40, {"command": command("STOP"), "blue": Team("Blues", 0)}),
+      (50, {"command": command("FORCE_START")})],
+     [(0, "play", None, 0, 0), (30, "stop", None, 0, 0), (40, "stop", None, 0, 0), (50, "play", None, 0, 0)]),
+    # the score with which a log begins is no goal; a rise by two is two goals
+    ([(0, {"command": command("FORCE_START"), "blue": Team("Blues", 3)}),
+      (40, {"command": command("STOP"), "blue": Team("Blues", 5)})],
+     [(0, "play", None, 3, 0), (40, "goal", "home", 4, 0), (40, "goal", "home", 5, 0)]),
+])
+def test_goals(said: list[tuple[int, dict[str, object]]], wanted: list[tuple[object, ...]]) -> None:
+    """Goals and scores are those on which people agree in the end."""
+    game = play(*said)
+    assert reported(game) == wanted
+    assert ("goal taken back" in game.referee["note"]) == (wanted[1][1] == "stop")
 
 
 def test_stages() -> None:

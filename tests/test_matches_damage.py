@@ -254,36 +254,25 @@ def test_no_sound_metadata():
         ({"pitch": {}}, r"the field pitch\.kind of its metadata is missing: they are of another version"),
         ({"weather": "rain"}, r"the field weather of its metadata is not known: they are of another version"),
         ({"format": 3}, r"the field format of its metadata is not usable: .*\(it is '3'\)"),
+        ("info: {", "the field info of its metadata is not usable"),
+        ("info", "its metadata do not describe the match"),
+        *((f"quality: {text}", "its metadata's list of flaws .* Read it with the version")
+          for text in ("[{}", "3", '[{"flaw": "of tomorrow"}]')),
     ],
 )
 def test_bad_metadata_field(change, says):
-    """Metadata that cannot be used are refused with the name of the field."""
+    """Metadata that cannot be used, or are of another version, are refused with the name of the field."""
     texts = description.description_of(INFO, Quality.empty())
-    texts["info"] = json.dumps(json.loads(texts["info"]) | change)
+    if isinstance(change, dict):
+        texts["info"] = json.dumps(json.loads(texts["info"]) | change)
+    else:
+        name, _, text = change.partition(": ")
+        texts |= {name: text}
+    if change == "info":
+        del texts["info"]
     with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}") as error:
         description.parse(texts, where="a.mcap")
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("quality", ["[{}", "3", '[{"flaw": "of tomorrow"}]'])
-def test_flaws_of_other_version(quality):
-    """Flaws of another version are refused."""
-    texts = description.description_of(INFO, Quality.empty()) | {"quality": quality}
-    with pytest.raises(DamagedLog, match=r"^a\.mcap: its metadata's list of flaws .* Read it with the version"):
-        description.parse(texts, where="a.mcap")
-
-
-@pytest.mark.parametrize(
-    ("texts", "says"),
-    [
-        ({"info": "{", "quality": "[]"}, "the field info of its metadata is not usable"),
-        ({"quality": "[]"}, "its metadata do not describe the match"),
-    ],
-)
-def test_bad_info(texts, says):
-    """Info that is no JSON or not there is refused."""
-    with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}"):
-        description.parse(texts, where="a.mcap")
 
 
 @pytest.mark.parametrize("data", [b"", b"PAR1", b"\x89MCAP0\r", bytes(5000), b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" * 2])

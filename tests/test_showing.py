@@ -13,8 +13,9 @@ from threading import Thread
 
 import pytest
 from support import vsss_messages
+from support.processes import eventually
 from test_packets import REFEREE, T0, VISION, vsss_packets
-from test_watch import ended, in_a_process, send_to
+from test_watch import Call, ended, in_a_process, send_to
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.drawing.painting import Robot, Snapshot
@@ -38,7 +39,7 @@ def no_screen(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     pygame.quit()
 
 
-def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet]], None]], None]) -> list[Snapshot]:
+def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet]], None], list[Snapshot]], None]) -> list[Snapshot]:
     """Pictures of the window for the packets that a thread puts; Esc closes it then."""
     pictures: list[Snapshot] = []
     paint = Board.show
@@ -47,7 +48,7 @@ def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet
     prepare("vsss")
 
     def go() -> None:
-        feed(batches.put)
+        feed(batches.put, pictures)
         while not batches.empty():
             time.sleep(0.05)
         time.sleep(0.2)
@@ -79,7 +80,7 @@ def arrived(batches: queue.Queue[list[Packet]]) -> list[Packet]:
 @pytest.mark.usefixtures("no_screen")
 def test_a_match_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     """First that it waits, then bodies, situations, score and the referee's words, and how long ago that was."""
-    def feed(put: Callable[[list[Packet]], None]) -> None:
+    def feed(put: Callable[[list[Packet]], None], _: object) -> None:
         began = time.monotonic()
         for number, packet in enumerate(vsss_packets(1.8)):
             time.sleep(max(0.0, began + number / 60 - time.monotonic()))
@@ -103,8 +104,9 @@ def test_silence_is_said(monkeypatch: pytest.MonkeyPatch, bodies: int) -> None:
     monkeypatch.setattr(showing, "_SILENT_S", 0.1)
     monkeypatch.setattr(showing, "_AGAIN_S", 0.1)
 
-    def feed(put: Callable[[list[Packet]], None]) -> None:
+    def feed(put: Callable[[list[Packet]], None], pictures: list[Snapshot]) -> None:
         put([packet for packet in vsss_packets(1.0) if packet.channel == VISION])
+        eventually(lambda: len(pictures) > 1)
         for step in range(3):
             time.sleep(0.25)
             put([Packet(REFEREE, T0 + 2 * 10**9, vsss_messages.command(vsss_messages.HALT, clock=7.0)),
@@ -173,7 +175,7 @@ def test_no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
         "screen: no window can be opened (there is no display). Watch where there is a screen, or without --replay.")
 
 
-def test_without_pygame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Callable[..., tuple[int, str, str]]) -> None:
+def test_without_pygame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call) -> None:
     """The extra that the window needs is named, before anything is recorded."""
     without_pygame(monkeypatch)
     code, _, said = call("watch", "vsss", "--replay", "--data", tmp_path)

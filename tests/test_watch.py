@@ -21,7 +21,6 @@ from support.ssl_messages import integer, log
 from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
-from pitchlore.flows.cli import main
 from pitchlore.flows.commands.addresses import addressed
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
 from pitchlore.pipeline.engine.recordings import WATCHING, inbox, useless
@@ -41,6 +40,7 @@ LOOPBACK = {league: tuple(stream._replace(group="127.0.0.1", port=0) for stream 
             for league, streams in LEAGUES.items()}
 
 Send = Callable[[int, bytes], None]
+Call = Callable[..., tuple[int, str, str]]
 
 
 def watched(
@@ -230,7 +230,7 @@ def send_to(process: subprocess.Popen[str], packets: Sequence[Packet]) -> None:
         paced(send, packets, 60.0)
 
 
-def test_killed(tmp_path: Path) -> None:
+def test_killed(tmp_path: Path, call: Call) -> None:
     """After kill -9 all but the last second is there, and the next run takes it."""
     process = in_a_process(tmp_path)
     packets = vsss_packets(2.0)
@@ -244,9 +244,7 @@ def test_killed(tmp_path: Path) -> None:
     store = Store(tmp_path)
     assert [recording.file.parent.name for recording in inbox(store)] == ["inbox"]
     assert not left.exists()
-    with pytest.raises(SystemExit) as ended:
-        main(["import", *map(str, (tmp_path / "inbox").iterdir()), "--data", str(tmp_path)])
-    assert ended.value.code == 0
+    assert call("import", *(tmp_path / "inbox").iterdir(), "--data", tmp_path)[0] == 0
     (match,) = store.receipts("matches")
     assert not match.details["complete"]
     assert match.details["frames"] >= 60
@@ -292,23 +290,17 @@ def test_a_recording_in_progress_is_left_alone(tmp_path: Path) -> None:
     assert not path.exists()
 
 
-def test_nothing_comes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_comes(tmp_path: Path, call: Call) -> None:
     """Without a packet there is no recording, and the command says where it listened."""
-    with pytest.raises(SystemExit) as ended:
-        main(["watch", "vsss", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0", "--seconds", "0.2",
-              "--data", str(tmp_path)])
-    assert ended.value.code == 1
-    assert "No packet came to 127.0.0.1:0, 127.0.0.1:0. Is this computer" in capsys.readouterr().out
+    words = ("watch", "vsss", "--group", "127.0.0.1", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0",
+             "--seconds", "0.2", "--data", tmp_path)
+    code, out, _ = call(*words)
+    assert code == 1
+    assert "No packet came to 127.0.0.1:0, 127.0.0.1:0. Is this computer" in out
+    assert json.loads(call(*words, "--json")[1]) == {
+        "file": None, "packets": 0, "frames_lost": 0, "seconds": pytest.approx(0.2, abs=0.2), "refused": []}
     assert list((tmp_path / WATCHING).iterdir()) == []
     assert not (tmp_path / "inbox").exists()
-
-
-def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["watch", "ssl", "--group", "127.0.0.1", *(f"--at={stream.name}=127.0.0.1:0" for stream in LEAGUES["ssl"]),
-              "--seconds", "0.2", "--json", "--data", str(tmp_path)])
-    assert json.loads(capsys.readouterr().out) == {
-        "file": None, "packets": 0, "frames_lost": 0, "seconds": pytest.approx(0.2, abs=0.2), "refused": []}
 
 
 @pytest.mark.unit
