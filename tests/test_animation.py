@@ -106,7 +106,8 @@ def test_situation_caption():
     """The film says what a robot does while the robot does it, and not before or after."""
     doing = situations([("home", 1, 46, "Robot approaches the ball", 1000, 1500, 1.0, "ball")])
     still = played(ball=lambda _: (0.0, 0.0))
-    before, during, after = (at(film(still, doing), t).crop((0, 345, 400, 376)).tobytes() for t in (0.9, 1.2, 1.6))
+    gif = film(still, doing)
+    before, during, after = (at(gif, t).crop((0, 345, 400, 376)).tobytes() for t in (0.9, 1.2, 1.6))
     assert before == after != during
 
 
@@ -114,7 +115,8 @@ def test_goal_and_score():
     """A goal is marked for a while, and the score changes with it."""
     still = played(range(0, 4000, 20), ball=lambda _: (0.0, 0.0))
     goal = referee((0.0, "kick-off", "home", 0, 0), (1.0, "goal", "away", 0, 1))
-    before, lit, after = (at(film(still, referee=goal, seconds=4.0, length=4.0), t) for t in (0.5, 2.0, 3.5))
+    gif = film(still, referee=goal, seconds=4.0, length=4.0)
+    before, lit, after = (at(gif, t) for t in (0.5, 2.0, 3.5))
     edge = (0.3, 0.65)
     assert near(seen(lit, *edge), ORANGE)
     assert not near(seen(before, *edge), ORANGE)

@@ -266,16 +266,6 @@ class TestInAMatch:
         blind, _, _ = self.played(CameraSettings(smoothing_s=0.2))
         assert blind.frames.robots.tobytes() == match.frames.robots.tobytes()
 
-    def test_unseen_not_logged(self):
-        """A body that is not seen is not in the log."""
-        match, _, _ = self.played(CameraSettings(robot_unseen=0.2, ball_unseen=0.3))
-        counts = match.frames.counts()
-        assert counts[0] == 6
-        assert counts.mean() == pytest.approx(4.8, abs=0.2)
-        assert not np.isnan(match.frames.robots["x"]).any()
-        assert np.isnan(match.frames.ball["x"]).mean() == pytest.approx(0.3, abs=0.1)
-        assert match.info.complete
-
     def test_players_see_camera(self):
         """Players play by what the camera sees, and the log has the same."""
         clear, truth, _ = self.played(CameraSettings())

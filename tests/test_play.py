@@ -151,17 +151,6 @@ def test_lead():
     assert played.take().referee["score_home"].to_list()[0] == 7
 
 
-def test_leaving_early():
-    """Leaving early ends the match there, and the log says so."""
-    played = match(recipe(seconds=60.0))
-    played.advance(100)
-    played.leave()
-    part = played.take()
-    assert not played.advance()
-    assert len(part.frames) == 101
-    assert part.referee.tail(1).select("event", "note").row(0) == ("end", "left early")
-
-
 def test_no_log():
     """A match without a log is played as one with a log."""
     one, other = match(recipe(seed=3)), match(recipe(seed=3), logged=False)

@@ -16,7 +16,7 @@ from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
 from pitchlore.pipeline.arena.teams import human_like, moving_randomly, static
 from pitchlore.pipeline.arena.teams.ball import coming, has_ball, soon, spin
 from pitchlore.pipeline.arena.teams.executors.actions import ACTION
-from pitchlore.pipeline.arena.teams.goalkeeping import crossing, keep_line
+from pitchlore.pipeline.arena.teams.goalkeeping import keep_line
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
 from pitchlore.pipeline.arena.teams.roles import assign
@@ -221,13 +221,6 @@ class TestBall:
 
 
 class TestGoalkeeping:
-    @pytest.mark.parametrize(("ball", "y"), [
-        ((-0.2, 0.3, -0.5, -0.2), 0.1),  # 0.5 m in a second, 0.2 m to the right
-        ((-0.2, 0.3, 0.5, -0.2), 0.3), ((-0.2, 0.3, -0.01, -0.2), 0.3), ((-0.74, 0.3, -0.5, -0.2), 0.3),
-    ])
-    def test_crossing(self, ball, y):
-        """A ball that comes crosses the line where its course leads; any other is taken where it is."""
-        assert crossing(view_of(ball=ball), -0.7, M) == pytest.approx(y)
 
     @pytest.mark.parametrize(("ball", "limit", "way"), [
         ((0.2, 0.6, 0, 0), 0.05, keep_line), ((0.2, 0.6, 0, 0), 0.20, keep_line),

@@ -34,7 +34,7 @@ from pitchlore.pipeline.arena.physics.referee import (
 )
 from pitchlore.pipeline.arena.physics.restarts import restart
 from pitchlore.pipeline.game.bodies import BALL, VX, X, Y, see
-from pitchlore.schemas import AWAY, HOME
+from pitchlore.schemas import AWAY, HOME, SIDES
 
 # ---- goals
 
@@ -102,32 +102,6 @@ def test_clock():
     assert [(p.start_ns, p.end_ns, p.home_attacks) for p in LAWS.periods()] == [
         (0, 240_000_000_000, 1), (240_000_000_000, 480_000_000_001, -1)
     ]
-
-
-def test_second_half():
-    """The second half is kicked off by the other team."""
-    for opener in (HOME, AWAY):
-        state = begin(opener)
-        calls([scene()], state=state)
-        assert state["team"] == opener
-        state["frame"] = 14_400
-        calls([scene(ball=(0.8, 0.0))], state=state)
-        assert state["team"] == 1 - opener
-        assert score(state) == [0, 0]  # time was over
-        events = call_events(HALF, state, LAWS)
-        assert [event[:3] for event in events] == [
-            (240_000_000_000, "half", None), (240_000_000_000, "kick-off", ("home", "away")[1 - opener])
-        ]
-
-
-def test_whistle():
-    """The whistle for a half or the end ends play, and ends the rest after a goal."""
-    short = Laws.of(VSSS, RefereeSettings(duration_s=2.0), 60.0)
-    moving, goal = scene(), scene(ball=(0.8, 0.0))
-    assert calls([moving] * 119 + [goal] * 3, short) == [(0, KICK_OFF), (60, HALF), (119, GOAL), (120, END)]
-    assert calls([moving] * 120 + [goal] * 3, short) == [(0, KICK_OFF), (60, HALF), (120, END)]
-    # a goal just before the half: its kick-off never comes
-    assert calls([moving] * 50 + [goal] + [moving] * 69, short) == [(0, KICK_OFF), (50, GOAL), (60, HALF)]
 
 
 def test_after_the_end():
@@ -204,6 +178,10 @@ def test_of_any_match(seed, robots, opener):
     goals = Counter(events.filter(pl.col("event") == "goal")["team"])
     assert [goals["home"], goals["away"]] == before
     assert events.select("score_home", "score_away").row(-1) == tuple(before)
+    # the other team kicks off the second half
+    half = [event for _, event, *_ in rows].index("half")
+    assert rows[0][1:3] == ("kick-off", SIDES[opener])
+    assert rows[half + 1][:3] == (rows[half][0], "kick-off", SIDES[1 - opener])
     # each goal is followed by a kick-off of the team that conceded it, or by half-time or the end
     for (_, event, team, *_), (_, then, taker, *_) in pairwise(rows):
         if event == "goal":

@@ -140,15 +140,17 @@ recorded = st.dictionaries(
 )
 
 
+def table_of(rows):
+    """Trajectories of what was recorded."""
+    return trajectories([(t, *body, x, y, None if body[0] == "ball" else theta, 0, suspect)
+                         for (t, body), (x, y, theta, suspect) in rows.items()])
+
+
 @settings(max_examples=60, deadline=None)
 @given(recorded, st.sampled_from(Kind))
 def test_bodies(rows, kind):
     """Every body is where it was, and missing where it was missing."""
-    table = trajectories([
-        (t, *body, x, y, None if body[0] == "ball" else theta, 0, suspect)
-        for (t, body), (x, y, theta, suspect) in rows.items()
-    ])
-    facts = decode(make(table, pitch=PITCHES[kind]))
+    facts = decode(make(table_of(rows), pitch=PITCHES[kind]))
     shown = bodies(facts)
     assert shown.keys() == {(t, *body) for t, body in rows}
     for (t, team, robot), (x, y, theta, suspect) in shown.items():
@@ -188,10 +190,7 @@ def test_slots():
 @given(recorded, st.sampled_from([0.002, 0.02, 0.2]))
 def test_near(rows, near):
     """Samples are left out only where lines between the others bring all bodies near their places."""
-    table = trajectories([
-        (t, *body, x, y, None if body[0] == "ball" else theta, 0, suspect)
-        for (t, body), (x, y, theta, suspect) in rows.items()
-    ])
+    table = table_of(rows)
     facts, every = decode(make(table, near=near)), decode(make(table))
     time, least = facts["time"], near + facts["quantum"] / 2 + every["quantum"] / 2 + 1e-9
     assert set(time) <= set(every["time"])

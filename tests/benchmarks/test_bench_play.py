@@ -15,7 +15,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 from mcap.writer import Writer
-from support.by_attribute import ByAttribute
+from support.by_attribute import ByAttribute, pymunk_alone
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena import physics
@@ -26,7 +26,6 @@ from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.engine.record import record
-from pitchlore.pipeline.game.bodies import VX
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
 
@@ -185,13 +184,8 @@ def test_unlogged_the_same_in_plain_python(benchmark, interpreted):
 @pytest.mark.benchmark(group=UNLOGGED)
 def test_unlogged_bound_pymunk_steps_alone(benchmark):
     """As many steps of the same space with nobody who drives: what no player or referee can be faster than."""
-    arena = Arena(VSSS, 3)
-    bodies = arena.bodies.copy()
-    bodies[:, VX:] = np.random.default_rng(1).uniform(-1, 1, (7, 3))
-    arena.place(bodies)
-    step, steps, step_s = arena._space.step, MINUTE * arena.settings.substeps, arena._step_s
     benchmark.extra_info.update(units=MINUTE, unit="frames")
-    benchmark.pedantic(lambda: [step(step_s) for _ in range(steps)], rounds=5)
+    benchmark.pedantic(pymunk_alone(VSSS, MINUTE), rounds=5)
 
 
 # --- the players alone --------------------------------------------------------------------------------

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from support.by_attribute import body_by_body
+from support.by_attribute import body_by_body, pymunk_alone
 
 from pitchlore.pipeline.arena.physics.arena import Arena
-from pitchlore.pipeline.game.bodies import VX
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 
 VSSS = PITCHES[Kind.VSSS]
@@ -46,18 +45,8 @@ def test_body_by_body(benchmark):
 @pytest.mark.benchmark(group=GROUP)
 def test_pymunk_alone(benchmark):
     """The limit: as many steps of the same space, with no floor and nobody who looks."""
-    arena = Arena(VSSS, 3)
-    bodies = arena.bodies.copy()
-    bodies[:, VX:] = np.random.default_rng(1).uniform(-1, 1, (7, 3))
-    arena.place(bodies)
-    space, steps, step_s = arena._space, FRAMES * arena.settings.substeps, arena._step_s
-
-    def step():
-        for _ in range(steps):
-            space.step(step_s)
-
     benchmark.extra_info.update(units=FRAMES, unit="frames")
-    benchmark.pedantic(step, rounds=5)
+    benchmark.pedantic(pymunk_alone(VSSS, FRAMES), rounds=5)
 
 
 @pytest.mark.benchmark(group="put the bodies of an arena")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pymunk
 
@@ -50,3 +52,18 @@ def body_by_body(pitch: Pitch, robots: int) -> Arena:
     arena._exchange = ByAttribute(len(arena.bodies))
     arena.place(arena.bodies.copy())
     return arena
+
+
+def pymunk_alone(pitch: Pitch, frames: int) -> Callable[[], None]:
+    """The steps of so many frames in an arena's space, with no floor, nobody who drives and nobody who looks."""
+    arena = Arena(pitch, 3)
+    bodies = arena.bodies.copy()
+    bodies[:, VX:] = np.random.default_rng(1).uniform(-1, 1, (7, 3))
+    arena.place(bodies)
+    step, step_s = arena._space.step, arena._step_s
+
+    def go() -> None:
+        for _ in range(frames * arena.settings.substeps):
+            step(step_s)
+
+    return go

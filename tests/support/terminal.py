@@ -9,9 +9,10 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 from support.processes import pitchlore
 
@@ -110,16 +111,9 @@ class Terminal:
         return bool(part)
 
 
-@contextmanager
-def terminal(
-    *words: object, before: str = "", environment: Mapping[str, str] = {}, folder: Path | None = None
-) -> Iterator[Terminal]:
-    """A command in a terminal; nothing of it is left in the end."""
-    opened = Terminal(*words, before=before, environment=environment, folder=folder)
-    try:
-        yield opened
-    finally:
-        opened.close()
+def terminal(*words: object, **options: Any) -> closing[Terminal]:
+    """A command in a terminal, as :class:`Terminal` takes it; nothing of it is left in the end."""
+    return closing(Terminal(*words, **options))
 
 
 def _take_terminal() -> None:
