@@ -40,7 +40,7 @@ from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation
 from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
-from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store import Store, mirrors
 
 pytestmark = [pytest.mark.slow]
 
@@ -210,7 +210,7 @@ def test_same_bytes(workers, alone, tmp_path):
     assert same(brought(league(tmp_path), workers.on, everything), alone)
 
 
-def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
+def test_bucket(workers, buckets, alone, tmp_path, monkeypatch, call):
     """So do workers that share nothing but a bucket, each with a copy of its own; that of the command knows all."""
     for name, value in {**buckets.environment, "XDG_CACHE_HOME": str(tmp_path / "cache")}.items():
         monkeypatch.setenv(name, value)
@@ -222,10 +222,10 @@ def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
             if not key.endswith(".csv") and not key.startswith("runs/")}
     assert same(made, alone)
     store = Store(Path(url))
-    # a machine that has no copy yet is reported of the run, too
-    asked = subprocess.run(pitchlore("runs", "--json", "--data", url), check=True, capture_output=True, text=True,
-                           env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "another")})
-    assert [(entry["what"], entry["failed"]) for entry in json.loads(asked.stdout)] == [("run", 0)]
+    with monkeypatch.context() as elsewhere:  # a machine that has no copy yet knows of the run, too
+        elsewhere.setenv("XDG_CACHE_HOME", str(tmp_path / "another"))
+        elsewhere.setattr(mirrors, "_copies", {})
+        assert [(entry["what"], entry["failed"]) for entry in json.loads(call("runs", "--json", "--data", url)[1])] == [("run", 0)]
     known = {path.name for path in store.root.rglob("*.receipt.json")}
     assert known == {Path(key).name for key in made if key.endswith(".receipt.json")}
     assert verify_all(store).problems == []

@@ -257,7 +257,7 @@ def test_locked_database(tmp_path):
     assert trouble(file) is None
 
 
-def test_prefect_of_others(tmp_path, derby, monkeypatch):
+def test_prefect_of_others(tmp_path, derby):
     """A home of Prefect's that another version has migrated, or that is no folder, stops no command."""
     home = tmp_path / "home"
     home.mkdir()
@@ -265,13 +265,11 @@ def test_prefect_of_others(tmp_path, derby, monkeypatch):
         other.execute("create table alembic_version (version_num text)")
         other.execute("insert into alembic_version values ('of-the-future')")
         other.commit()
-    for number, there in enumerate((home, Path("/dev/null"))):
-        code, _, err, _ = call("import", derby, "--data", tmp_path / f"data-{number}", PREFECT_HOME=str(there))
-        assert (code, lines(err)) == (0, [])
-    data = tmp_path / "flows"
+    data = tmp_path / "data"
     migrated(Keeper(data).folder, database())
-    code, _, err, _ = call("run", "--flow", "--data", data, PREFECT_HOME=str(home))
-    assert (code, lines(err)) == (0, [])
+    for words, there in ((("import", derby), "/dev/null"), (("run", "--flow"), home)):
+        code, _, err, _ = call(*words, "--data", data, PREFECT_HOME=str(there))
+        assert (code, lines(err)) == (0, [])
 
 
 #: A command whose flow waits, after something was done to its server, when it would import a recording.

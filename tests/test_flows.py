@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import polars as pl
@@ -31,9 +32,12 @@ from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording, inbox
 from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.update import scope_of
+from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.settings import (
     BehaviourSettings,
     GramSettings,
+    KnowledgeSettings,
     PolicySettings,
     Settings,
     TrajectorySettings,
@@ -56,8 +60,8 @@ def products(data: Path) -> dict[str, bytes]:
     }
 
 
-def test_second_run(tmp_path, clips):
-    """One run makes everything, and the next one nothing."""
+def test_second_run(tmp_path, clips, finished):
+    """One run makes everything, of the same inputs the same bytes, and the next one nothing."""
     fill(tmp_path, clips)
     first = run(tmp_path)
     assert first.failures == {}
@@ -66,17 +70,10 @@ def test_second_run(tmp_path, clips):
         "values", "sequences", "behaviours", "decisions"]
     assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 1, 1]
     assert (first.knowledge, first.knowledge_is_new, first.policy, first.policy_is_new) == (1, True, 1, True)
-    before = products(tmp_path)
+    assert products(tmp_path) == products(finished)
     second = run(tmp_path)
     assert second.made == 0
     assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 1, 1]
-    assert products(tmp_path) == before
-
-
-def test_same_bytes(tmp_path, clips, finished):
-    """The same inputs give the same bytes."""
-    fill(tmp_path, clips)
-    run(tmp_path)
     assert products(tmp_path) == products(finished)
 
 
@@ -91,27 +88,23 @@ def test_the_catalogue_answers(finished):
     assert overlaps.item() == 0
 
 
-def test_new_match(tmp_path, clips, finished):
+def test_new_match(copied):
     """A new match makes only what depends on it."""
-    data = tmp_path / "data"
-    shutil.copytree(finished, data)
-    clip(100.0, 130.0).write_csv(data / "inbox" / "third.csv")
-    report = run(data)
+    clip(100.0, 130.0).write_csv(copied / "inbox" / "third.csv")
+    report = run(copied)
     made = {s.noun: len(s.made) for s in report.stages}
     assert [made[n] for n in ("matches", "trajectories", "situations", "goals")] == [1, 1, 1, 1]
     assert (report.knowledge, report.policy) == (2, 2)
-    assert Store(data).manifest("knowledge", 2).parent == 1
+    assert Store(copied).manifest("knowledge", 2).parent == 1
 
 
-def test_other_settings(tmp_path, finished):
+def test_other_settings(copied):
     """Other settings remake only their stage and what follows."""
-    data = tmp_path / "data"
-    shutil.copytree(finished, data)
-    report = run(data, settings=Settings(grams=GramSettings(alpha=0.99)))
+    report = run(copied, settings=Settings(grams=GramSettings(alpha=0.99)))
     made = {s.noun: len(s.made) for s in report.stages}
     assert made["matches"] == made["trajectories"] == made["situations"] == made["goals"] == 0
     assert made["sequences"] > 0
-    report = run(data, settings=Settings(
+    report = run(copied, settings=Settings(
         grams=GramSettings(alpha=0.99), behaviours=BehaviourSettings(value_over=-1.0)))
     assert {s.noun: len(s.made) for s in report.stages}["behaviours"] == 1
 
@@ -131,17 +124,15 @@ def test_bad_match(tmp_path, clips):
     (tmp_path / "inbox" / "broken.csv").unlink()
 
 
-def test_damaged_log(tmp_path, finished):
+def test_damaged_log(copied):
     """A match whose log is damaged later is quarantined when its log is read again."""
-    data = tmp_path / "data"
-    shutil.copytree(finished, data)
-    shutil.rmtree(data / "inbox")
-    store = Store(data)
+    shutil.rmtree(copied / "inbox")
+    store = Store(copied)
     receipt = next(iter(store.receipts("matches")))
-    path = data / receipt.files["log"].path
+    path = copied / receipt.files["log"].path
     path.write_bytes(path.read_bytes()[:-100])
-    assert run(data).made == 0, "what was made of it still holds"
-    report = run(data, settings=Settings(trajectories=TrajectorySettings(gap_s=0.4)))
+    assert run(copied).made == 0, "what was made of it still holds"
+    report = run(copied, settings=Settings(trajectories=TrajectorySettings(gap_s=0.4)))
     failed = {s.noun: set(s.failed) for s in report.stages if s.failed}
     assert failed == {"matches": {receipt.name}, "trajectories": {receipt.name}}
     assert [q.noun for q in store.quarantined()] == ["trajectories"]
@@ -183,23 +174,15 @@ def test_kill_and_run_again(tmp_path, clips, finished):
     assert products(tmp_path) == products(finished)
 
 
-def test_two_at_once(tmp_path, finished):
-    """Two processes that emit knowledge at once both get a version of their own."""
-    data = tmp_path / "data"
-    shutil.copytree(finished, data)
-    script = (
-        "import sys; from pathlib import Path; from pitchlore.pipeline.engine.versions import emit; from pitchlore.pipeline.engine.stages import STAGES\n"
-        "from pitchlore.pipeline.engine.update import scope_of\n"
-        "from pitchlore.pipeline.settings import KnowledgeSettings, Settings; from pitchlore.pipeline.store import Store\n"
-        "store = Store(Path(sys.argv[1])); scope = scope_of(store)\n"
-        "print(emit(store, STAGES['knowledge'], KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"
-    )
-    emitters = [
-        subprocess.Popen([sys.executable, "-c", script, str(data), optimistic], stdout=subprocess.PIPE, text=True)
-        for optimistic in ("0.25", "0.75")
-    ]
-    versions = sorted(int(process.communicate(timeout=60)[0]) for process in emitters)
-    store = Store(data)
+def test_two_at_once(copied):
+    """Two who emit knowledge at once both get a version of their own."""
+    store = Store(copied)
+
+    def emitted(optimistic: float) -> int:
+        return emit(Store(copied), STAGES["knowledge"], KnowledgeSettings(optimistic=optimistic), scope_of(store))[0].version
+
+    with ThreadPoolExecutor(2) as pool:
+        versions = sorted(pool.map(emitted, (0.25, 0.75)))
     assert versions == [2, 3]
     assert store.versions("knowledge") == [1, 2, 3]
     assert {store.manifest("knowledge", v).settings["optimistic"] for v in versions} == {0.25, 0.75}
@@ -294,36 +277,29 @@ def test_flows_and_engine(tmp_path, clips, finished):
     assert products(tmp_path) == products(finished)
 
 
-def test_no_prefect(tmp_path, clips):
-    """A run by the engine loads nothing of Prefect."""
-    fill(tmp_path, clips)
-    script = ("import sys; from pathlib import Path; from pitchlore.flows.work import run\n"
+def test_no_prefect(tmp_path):
+    """No module of a command loads Prefect, and none of the engine, the views or the face; nor does a run by the engine."""
+    (tmp_path / "inbox").mkdir()
+    clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
+    script = ("import pkgutil, sys, importlib, pitchlore.flows.commands, pitchlore.pipeline as pipeline\n"
+              "from pathlib import Path\n"
+              "from pitchlore.pipeline import engine, face, views\n"
+              "from pitchlore.flows.work import run\n"
+              "for room in (pitchlore.flows.commands, engine, face, views):\n"
+              "    for found in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
+              "        importlib.import_module(found.name)\n"
               f"assert run(Path({str(tmp_path)!r}), on='threads:1').policy == 1\n"
               "print([name for name in sys.modules if name.partition('.')[0] == 'prefect'])")
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
 
 
-def test_commands_without_prefect():
-    """No module of a command loads Prefect, and none of the engine, the views or the face."""
-    script = ("import pkgutil, sys, importlib, pitchlore.flows.commands, pitchlore.pipeline as pipeline\n"
-              "from pitchlore.pipeline import engine, face, views\n"
-              "for room in (pitchlore.flows.commands, engine, face, views):\n"
-              "    for found in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
-              "        importlib.import_module(found.name)\n"
-              "print([name for name in sys.modules if name.partition('.')[0] == 'prefect'])")
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
-
-
-def test_other_training(tmp_path, finished):
+def test_other_training(copied):
     """Training with other settings begins anew and counts each match once."""
-    data = tmp_path / "data"
-    shutil.copytree(finished, data)
-    again, other = train_policy(data), train_policy(data, Settings(policies=PolicySettings(sweeps=9)))
+    again, other = train_policy(copied), train_policy(copied, Settings(policies=PolicySettings(sweeps=9)))
     assert (again.version, again.new, again.failed) == (1, False, {})
     assert (other.version, other.new, other.failed) == (2, True, {})
-    store = Store(data)
+    store = Store(copied)
     assert store.manifest("policies", 2).parent is None, "the first has learned from these matches"
     tables = [store.read_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
     learned = ("version", "q")

@@ -110,9 +110,13 @@ def assert_stopped(command, presses=1):
 
 @pytest.mark.parametrize("words", [("run",), ("run", "--flow")], ids=" ".join)
 @pytest.mark.parametrize(("moment", "presses"), [("a task runs", 1), ("a file is written", 2)])
-def test_work_stops(flow, moment, presses, words):
-    """Ctrl-C stops a task that never ends, and work between a file and its receipt; so it does in a flow."""
-    with terminal(*words, "--data", flow, before=MOMENTS[moment]) as command:
+def test_work_stops(flow, prefect_server, moment, presses, words):
+    """Ctrl-C stops a task that never ends, and work between a file and its receipt; so it does in a flow.
+
+    There is a server for the first, and the second starts one.
+    """
+    there = {"PREFECT_API_URL": prefect_server} if presses == 1 else {}
+    with terminal(*words, "--data", flow, before=MOMENTS[moment], environment=there) as command:
         command.until("moment")
         assert_stopped(command, presses)
     assert list(Store(flow).receipts("matches")) == []

@@ -69,13 +69,6 @@ def begin(*words: object) -> subprocess.Popen[str]:
     return subprocess.Popen(pitchlore(*words), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def ended(*words: object) -> tuple[int, str, str]:
-    """Exit code, output and errors of a command in a process of its own, which reads Prefect's settings anew."""
-    with begin(*words) as process:
-        out, err = process.communicate(timeout=300)
-    return process.returncode, out, err
-
-
 def test_two_starts(uvicorn, data, call):
     """Two starts at once start one server, which status, a third start and stop find."""
     uvicorn(UVICORN)
@@ -234,19 +227,19 @@ def pages():
 
 
 @pytest.mark.parametrize("words", [("import", "x.csv"), ("serve",)])
-def test_nobody_at_address(data, words, monkeypatch):
+def test_nobody_at_address(data, words, monkeypatch, call):
     """An address where no server answers is reported in one line, without a traceback."""
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
-    code, out, err = ended(*words, "--data", data)
+    code, out, err = call(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
     assert err.endswith("). Start it, or correct PREFECT_API_URL in the environment.\n")
     assert "Traceback" not in err
 
 
-def test_address_without_api(data, pages, monkeypatch):
+def test_address_without_api(data, pages, monkeypatch, call):
     """An address without Prefect's API is reported in one line that names the address to set."""
     monkeypatch.setenv("PREFECT_API_URL", pages)
-    code, out, err = ended("run", "--data", data)
+    code, out, err = call("run", "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1] == f"pitchlore: {pages}: is not the address of a Prefect API. Set PREFECT_API_URL to {pages}/api."

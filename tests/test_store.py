@@ -332,10 +332,10 @@ def test_emitters_at_once(tmp_path):
     """)
     tests = str(Path(__file__).parent)
     processes = [subprocess.Popen([sys.executable, "-c", script, str(tmp_path), str(robot), tests])
-                 for robot in (3, 4, 5)]
-    assert [p.wait(60) for p in processes] == [0, 0, 0]
+                 for robot in (3, 4)]
+    assert [p.wait(60) for p in processes] == [0, 0]
     store = Store(tmp_path)
-    assert store.versions("knowledge") == list(range(1, 16))
+    assert store.versions("knowledge") == list(range(1, 11))
     robots = []
     for version in store.versions("knowledge"):
         assert verify(store, (), [("knowledge", version)]).problems == []
@@ -343,7 +343,7 @@ def test_emitters_at_once(tmp_path):
         robot = int(store.read_table(manifest, "goals", Goals)["robot"][0])
         assert store.read(manifest, "map") == b"x" * robot
         robots.append(robot)
-    assert sorted(robots) == [3] * 5 + [4] * 5 + [5] * 5
+    assert sorted(robots) == [3] * 5 + [4] * 5
 
 
 def test_claim_of_killed(tmp_path):
