@@ -30,7 +30,6 @@ from test_watch import Call
 from pitchlore.flows.commands.addresses import addressed
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
-from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.packets import vsss
@@ -532,9 +531,3 @@ def test_no_vision(tmp_path: Path, call: Call) -> None:
         "drive", "--team", "static", "--as", "yellow", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0",
         "--at", "commands=127.0.0.1:9", "--seconds", "0.3", "--data", tmp_path)
     assert (code, "No vision came: is the simulator running" in out) == (1, True)
-
-
-def test_a_team_that_nobody_can_drive(tmp_path: Path) -> None:
-    with pytest.raises(BadSettings):
-        drive_team(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=(
-            *addressed(streams_of("vsss", "blue"), "203.0.113.7", ()),), seconds=0.2))

@@ -79,15 +79,6 @@ class TestSwitching:
         controller.think(2, view(ball), np.zeros((3, 2)))
         assert controller.driven == expected
 
-    def test_next_goes_round(self):
-        controller = human()
-        controller.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
-        seen = []
-        for _ in range(4):
-            controller.switch("next")
-            seen.append(controller.driven)
-        assert seen == [2, 3, 1, 2]
-
     def test_the_last_wish_counts(self):
         controller = human()
         controller.switch("nearest")

@@ -77,12 +77,6 @@ def test_flaws_of_importer():
     assert back.info.complete
 
 
-def test_empty_log():
-    """A log without frames is read back the same."""
-    log = MatchLog(INFO, frames_of([]))
-    assert same(matches.read(written(log), where="a.mcap"), log)
-
-
 def test_salvaged_log():
     """A log that was salvaged stays incomplete when it is written again."""
     info = INFO.model_copy(update={"complete": False, "incomplete_reason": "chunk 3 of 9 is gone"})
