@@ -225,6 +225,8 @@ class Simulator:
         self._ears.bind(("127.0.0.1", 0))
         self._ears.settimeout(0.02)
         self.port = self._ears.getsockname()[1]
+        self.streams = addressed(streams_of("vsss", "blue"), None, (
+            "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{self.port}"))
 
     @contextmanager
     def running(self) -> Iterator[None]:
@@ -263,7 +265,7 @@ class Simulator:
         return [all(one.left == one.right == 0 for one in commands) for _, commands in self.came]
 
 
-def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5, **job: object) -> tuple[DriveOutcome, Simulator]:
+def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5) -> tuple[DriveOutcome, Simulator]:
     """Drive the static team against a simulator; ``during`` are times at which vision goes off or on."""
     where: dict[str, int] = {}
     simulator = Simulator(where)
@@ -278,10 +280,9 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
         where["vision"] = int(dict(addresses)["vision"].rpartition(":")[2])  # type: ignore[call-overload]
         Thread(target=script).start()
 
-    streams = addressed(streams_of("vsss", "blue"), None, (
-        "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{simulator.port}"))
     with simulator.running():
-        done = drive_team(Store(data), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=seconds, **job), listening=listening)  # type: ignore[arg-type]
+        done = drive_team(
+            Store(data), Job("vsss", "blue", STATIC, "static", streams=simulator.streams, seconds=seconds), listening=listening)
     return done, simulator
 
 
@@ -322,10 +323,8 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("pitchlore.pipeline.live.driver.see", fails)
     where: dict[str, int] = {}
     simulator = Simulator(where)
-    streams = addressed(streams_of("vsss", "blue"), None, (
-        "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{simulator.port}"))
     with simulator.running(), pytest.raises(RuntimeError, match="broken"):
-        drive_team(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=20.0),
+        drive_team(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=simulator.streams, seconds=20.0),
                    listening=lambda addresses: where.update(vision=int(addresses["vision"].rpartition(":")[2])))
     assert simulator.still()[-5:] == [True] * 5
 
@@ -492,18 +491,20 @@ pitchlore="$1"; cd "$2"
 "$pitchlore" drive --team pressing --as yellow --interface 127.0.0.1 --data yellow --json > yellow.json 2> yellow.said &
 "$pitchlore" watch vsss --interface 127.0.0.1 --data watch --json > watch.json 2> watch.said &
 until [ "$(cat *.said | grep -c Listening)" = 3 ] || [ $((tries = tries + 1)) -gt 600 ]; do sleep 0.1; done
-"$pitchlore" record --home remote --away remote --serve vsss --minutes 0.05 --interface 127.0.0.1 --data sim --json > sim.json
+"$pitchlore" record --home remote --away remote --serve vsss --minutes 0.05 --interface 127.0.0.1 --data sim \\
+    --json > sim.json
 pkill -INT -P $$ -f "(drive|watch) " ; wait
 """
 
 
 @pytest.mark.slow
 def test_two_of_our_teams(tmp_path: Path) -> None:
-    """A match between two driving processes, over the league's own groups, is a match as any other, and can be watched."""
+    """A match between two driving processes, over the league's own groups, is as any other, and can be watched."""
     with namespace() as inside:
         done = subprocess.run([*inside, "sh", "-c", TWO, "sh", SCRIPT, tmp_path],
                               capture_output=True, text=True, check=False, timeout=120)
-    sim, blue, yellow, watch = (json.loads((tmp_path / f"{name}.json").read_text()) for name in ("sim", "blue", "yellow", "watch"))
+    sim, blue, yellow, watch = (
+        json.loads((tmp_path / f"{name}.json").read_text()) for name in ("sim", "blue", "yellow", "watch"))
     assert sim["frames"] == 180, done.stderr
     assert sim["commands"] > 120
     match = Store(tmp_path / "sim").receipt("matches", sim["match_id"])

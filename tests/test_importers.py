@@ -112,7 +112,8 @@ def test_format_by_content(head: bytes, is_a: str) -> None:
     "junk",
     [
         b"", gzip.compress(b"", mtime=0), b"Dear referee, the match was good, fast, fair, and short.\nYours, a fan\n",
-        b"\x00" * 100, b"{}", b"TEAMLOG\x00\x01\x02private", b"SSL_LOG\0\0\0\1" + bytes(40), b"\0" * 16 + b"SSL_LOG_FILE", b"1,2,3,4,5\n1,2,x,4,5\n", b"\x1f\x8b not gzip",
+        b"\x00" * 100, b"{}", b"TEAMLOG\x00\x01\x02private", b"SSL_LOG\0\0\0\1" + bytes(40),
+        b"\0" * 16 + b"SSL_LOG_FILE", b"1,2,3,4,5\n1,2,x,4,5\n", b"\x1f\x8b not gzip",
     ],
 )
 def test_refusal_of_other_files(junk: bytes) -> None:

@@ -104,7 +104,7 @@ def test_detection(path: Path) -> None:
 
 @each_recording
 def test_bodies(path: Path) -> None:
-    """A whole recording is sound and complete; times, axes, units and numbers are ours; who was not seen is not there."""
+    """A whole recording is sound and complete; times, axes, units, numbers are ours; who was not seen is not there."""
     log, truth = read(path), sketch()
     assert_sound(log)
     assert log.info.complete, log.info.incomplete_reason
@@ -185,7 +185,8 @@ def test_damaged_gzip_stream(path: Path) -> None:
 
 
 @each_recording
-@given(st.floats(0, 1, exclude_max=True), st.sampled_from([b"\xff" * 8, b"\0" * 8, b",;\n\"", b"9" * 30]) | st.binary(max_size=8))
+@given(st.floats(0, 1, exclude_max=True),
+       st.sampled_from([b"\xff" * 8, b"\0" * 8, b",;\n\"", b"9" * 30]) | st.binary(max_size=8))
 def test_damaged_recording(path: Path, share: float, junk: bytes) -> None:
     """Some bytes are overwritten anywhere: nothing but a refusal or a sound match may come of it."""
     data = path.read_bytes()

@@ -134,7 +134,8 @@ def test_course() -> None:
     # without a pause, the kick-off after the last cycle of the half is half-time
     ((PARAMS, show(9), "(playmode 11 kick_off_r)", show(11)), [("half", None, None), ("kick-off", None, None)]),
     # a log that begins in the second half has no half-time event and keeps its score
-    ((PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16), "(playmode 17 kick_off_r)", show(17)),
+    ((PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16),
+      "(playmode 17 kick_off_r)", show(17)),
      [("goal", 3, 1), ("kick-off", 3, 1)]),
     # one that begins after a goal has the score that its first team line tells, less its own goals; else none
     ((*MIDDLE, "(team 350 A B 0 3)", show(350), "(playmode 351 kick_off_l)", show(351)),

@@ -88,7 +88,8 @@ def test_a_broken_length(size: int, lost: int) -> None:
     assert flaws(game)["damaged record"] >= 1
 
 
-@pytest.mark.parametrize("junk", [np.random.default_rng(3).bytes(3_000), b"\xee" * 3_000_000], ids=["little", "more than is held at once"])
+@pytest.mark.parametrize("junk", [
+    np.random.default_rng(3).bytes(3_000), b"\xee" * 3_000_000], ids=["little", "more than is held at once"])
 def test_garbage_between_messages(junk: bytes) -> None:
     """Bytes that are no message are skipped and counted."""
     data = log(WHOLE)

@@ -131,16 +131,18 @@ def test_frames(written: Written) -> None:
 
 
 def test_bodies_are_within_the_noise(written: Written) -> None:
-    """Every robot of every frame is where it was within the noise, one of one number, in and out of the overlap."""
+    """Robots and ball of every frame are where they were within the noise, one of a number, in and out of the overlap."""
     _, log, truth = written
     robots = truth.filter(pl.col("team") != "ball").with_columns(
         side=pl.when(pl.col("team") == "TIGERs").then(HOME).otherwise(AWAY)).sort("frame", "side", "player")
     got = log.frames.robots
+    ball = truth.filter(pl.col("team") == "ball").sort("frame")
     assert got["team"].tolist() == robots["side"].to_list()
     assert got["id"].tolist() == robots["player"].to_list()
     for column in ("x", "y"):
         off = np.abs(got[column] - robots[column].to_numpy())
         assert off.max() <= NOISE_MM / 1000 + 1e-5
+        assert np.abs(log.frames.ball[column] - ball[column].to_numpy()).max() <= NOISE_MM / 1000 + 1e-5
     turn = np.abs(wrap(got["theta"].astype(np.float64) - robots["heading"].to_numpy()))
     assert turn.max() <= NOISE_RAD + 1e-5
     # in the overlap two cameras are averaged, so the noise is less: uniform noise u has u / √3, two have u / √6
@@ -148,14 +150,6 @@ def test_bodies_are_within_the_noise(written: Written) -> None:
     both = (np.abs(robots["x"]) < OVERLAP_MM / 1000).to_numpy()
     assert off[both].std() * 1000 == pytest.approx(NOISE_MM / 6**0.5, rel=0.05)
     assert off[~both].std() * 1000 == pytest.approx(NOISE_MM / 3**0.5, rel=0.05)
-
-
-def test_the_ball_is_within_the_noise(written: Written) -> None:
-    """The ball of every frame is where it was within the noise, its outliers, too."""
-    _, log, truth = written
-    ball = truth.filter(pl.col("team") == "ball").sort("frame")
-    for column in ("x", "y"):
-        assert np.abs(log.frames.ball[column] - ball[column].to_numpy()).max() <= NOISE_MM / 1000 + 1e-5
 
 
 def test_a_camera_that_is_later(tmp_path: Path) -> None:

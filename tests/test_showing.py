@@ -39,7 +39,9 @@ def no_screen(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     pygame.quit()
 
 
-def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet]], None], list[Snapshot]], None]) -> list[Snapshot]:
+def shown(
+    monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet]], None], list[Snapshot]], None],
+) -> list[Snapshot]:
     """Pictures of the window for the packets that a thread puts; Esc closes it then."""
     pictures: list[Snapshot] = []
     paint = Board.show

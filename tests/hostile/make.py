@@ -93,20 +93,11 @@ def deep_metadata() -> bytes:
 
 def bomb_in_a_chunk() -> bytes:
     """A chunk of a kilobyte that unpacks to a gigabyte."""
-    packed = zstandard.ZstdCompressor(level=3).compress(bytes(1 << 30))
-    chunk = Chunk("zstd", packed, message_end_time=9, message_start_time=0, uncompressed_crc=0, uncompressed_size=1 << 30)
-    return _unfinished() + _encoded(chunk)
+    return _unfinished() + _encoded(_chunk(zstandard.ZstdCompressor(level=3).compress(bytes(1 << 30)), 1 << 30))
 
 
-def many_chunks() -> bytes:
-    """Chunks that each declare 60 MB: together more than a log may have."""
-    chunk = Chunk("zstd", b"", message_end_time=9, message_start_time=0, uncompressed_crc=0, uncompressed_size=60 << 20)
-    return _unfinished() + _encoded(*[chunk] * 200)
-
-
-def long_line(size: int) -> bytes:
-    """A table with one line of so many bytes."""
-    return _HEADER + b"0,0.0,ball,,0,0\n0,0.0,a,1," + b"1" * size + b",0\n"
+def _chunk(packed: bytes, size: int) -> Chunk:
+    return Chunk("zstd", packed, message_end_time=9, message_start_time=0, uncompressed_crc=0, uncompressed_size=size)
 
 
 def many_rows() -> bytes:
@@ -139,11 +130,6 @@ def many_columns() -> bytes:
     return parquet(make.plain().with_columns(pl.lit(0).alias(f"c{i}") for i in range(20_000)))
 
 
-def wide_header() -> bytes:
-    """A header of 300,000 columns."""
-    return ",".join(["frame", "t", "team", "player", "x", "y", *(f"c{i}" for i in range(100_000))]).encode() + b"\n" + _HEADER
-
-
 def many_robots() -> bytes:
     """A table in which each row is another robot."""
     rows = "".join(f"{i // 100},{i // 100}.0,{'ab'[i % 2]},{i},0,0\n" for i in range(60_000))
@@ -155,12 +141,6 @@ def score_up_and_down() -> bytes:
     rows = "".join(f"{i},{i / 10},{team},{player},0,0,{9_999 * (i % 2)},0\n" for i in range(400)
                    for team, player in (("ball", ""), ("a", 1), ("b", 1)))
     return b"frame,t,team,player,x,y,score_home,score_away\n" + rows.encode()
-
-
-def rcg_score() -> bytes:
-    """A 2D log whose score is 0 and 9,999 in turns."""
-    return b"ULG5\n" + b"".join(b"(team %d l r %d 0)\n(show %d ((b) 0 0 0 0))\n" % (i, 9_999 * (i % 2), i)
-                                for i in range(1, 2_000))
 
 
 def one_long_word() -> bytes:
@@ -179,11 +159,6 @@ def one_long_word() -> bytes:
 def show_lines(count: int) -> bytes:
     """A 2D log whose show lines have groups within groups."""
     return b"ULG5\n" + b"(show 1 ((b) 0 0 0 0)" + b" ((l 1) 0 0x1 0 0 0 0 0 0" * count + b")" * count + b")\n"
-
-
-def opened_groups() -> bytes:
-    """A 2D log of opened brackets, for expressions that go back."""
-    return b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n"
 
 
 def ssl_packets(content: Callable[[int], bytes], count: int, kind: int = ssl.VISION_2014) -> bytes:
@@ -215,12 +190,6 @@ def ssl_false_heads() -> bytes:
     return ssl.header() + head * (60 << 16)
 
 
-def ssl_trackers() -> bytes:
-    """A log of 100,000 trackers, and cameras."""
-    frame = ssl.integer(1, 1) + ssl.f64(2, 5.0)
-    return ssl_packets(lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, frame), 100_000, ssl.TRACKER)
-
-
 DERBY = _HEADER + b"".join(b"%d,%.1f,ball,,0,0\n%d,%.1f,a,1,0.1,0\n%d,%.1f,b,1,-0.1,0\n" % (i, i / 10, i, i / 10, i, i / 10)
                            for i in range(20))
 
@@ -232,14 +201,11 @@ def wide_of_many() -> bytes:
     return ",".join(["frame", "t", *names]).encode() + b"\n" + rows
 
 
-def zeros_between() -> bytes:
-    """Text of UTF-16 that says so, of halves of characters."""
-    return b"\xff\xfe" + b"\x00\xd8,\x00" * 200_000 + b"\n\x00"
-
-
 HOSTILE = (
     Hostile("wide.csv", wide_of_many, "columns for 1999 robots, more than the limit robots = 128"),
-    Hostile("halves.csv", zeros_between, "has no column t, team, player, x, y"),
+    # UTF-16 that says so, of halves of characters
+    Hostile("halves.csv", lambda: b"\xff\xfe" + b"\x00\xd8,\x00" * 200_000 + b"\n\x00",
+            "has no column t, team, player, x, y"),
     Hostile("headless.csv", lambda: DERBY.partition(b"\n")[2], r"has no header; its first line is .*Number its columns"),
     Hostile("turning.csv", lambda: b"frame,t,team,player,x,y,heading\n" + b"".join(
         b"%d,%.1f,%s,1,0.%d,0,%d\n" % (i, i / 10, t, i, 3 * i) for i in range(40) for t in (b"a", b"b")),
@@ -248,18 +214,23 @@ HOSTILE = (
     Hostile("lying.mcap", lengths_that_lie, "does not say which match it is|cut off"),
     Hostile("deep.mcap", deep_metadata, "metadata|match"),
     Hostile("bomb.mcap", bomb_in_a_chunk),
-    Hostile("chunks.mcap", many_chunks, "declares more than"),
-    Hostile("line.csv", lambda: long_line(50 << 20), "line_kilobytes = 1024", megabytes=50),
+    # chunks that each declare 60 MB: together more than a log may have
+    Hostile("chunks.mcap", lambda: _unfinished() + _encoded(*[_chunk(b"", 60 << 20)] * 200), "declares more than"),
+    Hostile("line.csv", lambda: _HEADER + b"0,0.0,ball,,0,0\n0,0.0,a,1," + b"1" * (50 << 20) + b",0\n",
+            "line_kilobytes = 1024", megabytes=50),
     Hostile("line.rcg", lambda: b"ULG5\n" + b"(show 1 " + b"9" * (50 << 20), "line_kilobytes = 1024", megabytes=50),
     Hostile("rows.parquet", many_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
     Hostile("liar.parquet", lying_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
     Hostile("columns.parquet", many_columns, megabytes=400),
-    Hostile("header.csv", wide_header, "has a header|known format|has no|cannot be read|line", megabytes=400),
+    Hostile("header.csv", lambda: _HEADER[:-1] + b"".join(b",c%d" % i for i in range(100_000)) + b"\n" + _HEADER,
+            "has a header|known format|has no|cannot be read|line", megabytes=400),
     Hostile("lines.csv", lambda: _HEADER + b"0,0,ball,,0,0\n" * 5_000_000, "5000001 lines, more than the limit rows", megabytes=50),
     Hostile("robots.csv", many_robots, "has 30000 robots of a team, more than the limit robots = 128", megabytes=600,
             seconds=30),
     Hostile("score.csv", score_up_and_down, "more than the limit goals = 1000"),
-    Hostile("score.rcg", rcg_score, "more than the limit goals = 1000"),
+    Hostile("score.rcg", lambda: b"ULG5\n" + b"".join(
+        b"(team %d l r %d 0)\n(show %d ((b) 0 0 0 0))\n" % (i, 9_999 * (i % 2), i) for i in range(1, 2_000)),
+            "more than the limit goals = 1000"),
     Hostile("goals.rcg", lambda: b"ULG5\n" + b"(playmode 1 goal_l)\n" * 100_000 + b"(show 1 ((b) 0 0 0 0))\n",
             "more than the limit goals = 1000"),
     Hostile("words.parquet", one_long_word, "MiB of text, more than the limit megabytes = 1024", megabytes=200),
@@ -267,7 +238,8 @@ HOSTILE = (
     Hostile("times.csv", lambda: _HEADER + b"".join(b"0,%d,%s,1,0,0\n" % (t, team) for t in (-2**63, 0, 2**63 - 1)
                                                     for team in (b"a", b"b")), "spans more than a day|not numbers"),
     Hostile("groups.rcg", lambda: show_lines(10_000), "no whole show line|"),
-    Hostile("brackets.rcg", opened_groups, "has no whole show line"),
+    # opened brackets, for expressions that go back
+    Hostile("brackets.rcg", lambda: b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n", "has no whole show line"),
     Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(128 << 20), compresslevel=9), "unpacks to more than", megabytes=100),
     Hostile("deep.csv", lambda: DERBY, "is nested too deeply", mapping="a = " + "[\n" * 100_000 + "]\n" * 100_000),
     Hostile("tables.csv", lambda: DERBY, "has a line of 200001 characters", mapping="[" + ".".join("a" * 100_000) + "]"),
@@ -279,7 +251,8 @@ HOSTILE = (
     Hostile("scattered.log", ssl_scattered, seconds=5),
     Hostile("heads.log", ssl_false_heads, "has no vision or tracker frames|is damaged at more than 10000 places"),
     Hostile("robots.log", ssl_robots, seconds=5),
-    Hostile("trackers.log", ssl_trackers),
+    Hostile("trackers.log", lambda: ssl_packets(
+        lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, ssl.integer(1, 1) + ssl.f64(2, 5.0)), 100_000, ssl.TRACKER)),
     Hostile("cameras.log", lambda: ssl_packets(
         lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))), 100_000)),
     Hostile("referees.log", lambda: ssl_packets(
