@@ -252,14 +252,15 @@ HOSTILE = (
     Hostile("heads.log", ssl_false_heads, "has no vision or tracker frames|is damaged at more than 10000 places"),
     Hostile("robots.log", ssl_robots, seconds=5),
     Hostile("trackers.log", lambda: ssl_packets(
-        lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, ssl.integer(1, 1) + ssl.f64(2, 5.0)), 100_000, ssl.TRACKER)),
+        lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, ssl.integer(1, 1) + ssl.f64(2, 5.0)), 50_000, ssl.TRACKER), seconds=5),
     Hostile("cameras.log", lambda: ssl_packets(
-        lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))), 100_000)),
+        lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))), 50_000), seconds=5),
     Hostile("referees.log", lambda: ssl_packets(
-        lambda i: ssl.referee(0, 0, i, source=str(i)), 50_000, ssl.REFEREE), "has no vision or tracker frames"),
-    Hostile("commands.log", lambda: ssl_packets(lambda i: ssl.referee(0, i % 2, i), 50_000, ssl.REFEREE),
+        lambda i: ssl.referee(0, 0, i, source=str(i)), 25_000, ssl.REFEREE),
+        "has no vision or tracker frames", seconds=5),
+    Hostile("commands.log", lambda: ssl_packets(lambda i: ssl.referee(0, i % 2, i), 25_000, ssl.REFEREE),
             "a referee who says something else more than 20000 times"),
-    Hostile("blank.log", lambda: ssl.header() + bytes(80 << 20), "more than 4000000 messages, more than the limit rows"),
+    Hostile("blank.log", lambda: ssl.header() + bytes(62 << 20), "more than 4000000 messages, more than the limit rows"),
     Hostile("headers.log", lambda: ssl.header() * 100_000, "has more than 1000 logs in it"),
     Hostile("torn.log", lambda: ssl.header() + (b"\xff" * 40 + ssl.log([
         ssl.Message(10**18, 4, b"\0"), ssl.Message(10**18, 4, b"\0")])[16:]) * 100_000,
