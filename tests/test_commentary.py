@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 from golden.cases import _log
 from support.handmade import derived, handmade
-from support.logs import referee_rows
+from support.logs import referee_rows, swapped
 from support.scenes import film, goes, stands
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -284,15 +284,12 @@ def test_annulled_goal():
 def test_teams_swapped():
     """Teams swapped and the pitch turned, the commentary is the same: it names the teams."""
     tables = recorded()
-    other = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})
 
-    def swapped(table):
-        table = table.with_columns(other.cast(table.schema["team"]))
-        if {"score_home", "score_away"} <= set(table.columns):
-            table = table.with_columns(score_home="score_away", score_away="score_home")
-        return table
+    def exchanged(table):
+        scores = {"score_home": "score_away", "score_away": "score_home"}
+        return swapped(table).with_columns(**scores if "score_home" in table.columns else {})
 
-    other_way = {name: swapped(table) for name, table in tables.items() if name != "matches"}
+    other_way = {name: exchanged(table) for name, table in tables.items() if name != "matches"}
     turned = other_way["trajectories"].with_columns(-pl.col("x"), -pl.col("y"))
     mirrored = tables["matches"].with_columns(
         home="away", away="home", score_home="score_away", score_away="score_home")

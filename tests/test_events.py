@@ -7,7 +7,7 @@ import math
 import numpy as np
 import polars as pl
 import pytest
-from support.logs import make_log, ns
+from support.logs import make_log, ns, swapped
 from support.recordings import ALL, INSPER, imported
 
 from pitchlore.pipeline.game.pitch import Kind
@@ -285,17 +285,11 @@ def test_turned(name):
     """Where home and away change places, and the pitch is turned, the events do, too."""
     log = imported(name)
     table, _ = trajectories(log, TrajectorySettings())
-    other = {"home": "away", "away": "home"}
-    swapped = table.with_columns(
-        pl.col("team").cast(pl.String).replace(other).cast(table.schema["team"]), x=-pl.col("x"), y=-pl.col("y"),
-        vx=-pl.col("vx"), vy=-pl.col("vy")).sort("team", "robot", "t_ns")
-    referee = log.referee.with_columns(
-        pl.col("team").cast(pl.String).replace(other).cast(log.referee.schema["team"]))
-    one, two = (events(rows, reported, log.info.pitch, EventSettings()) for rows, reported in (
-        (table, log.referee), (swapped, referee)))
+    turned = swapped(table.with_columns(-pl.col("x", "y", "vx", "vy"))).sort("team", "robot", "t_ns")
+    one, two = (events(rows, referee, log.info.pitch, EventSettings()) for rows, referee in (
+        (table, log.referee), (turned, swapped(log.referee))))
     for ours, theirs in zip(one[:3], two[:3], strict=True):
-        back = theirs.with_columns(pl.col("team").cast(pl.String).replace(other).cast(theirs.schema["team"]))
-        assert back.equals(ours)
+        assert swapped(theirs).equals(ours)
 
 
 def test_server_kicks():

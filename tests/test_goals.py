@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
-from support.logs import make_log, ns
+from support.logs import make_log, ns, swapped
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import GoalSettings, TrajectorySettings
@@ -289,9 +289,8 @@ def test_teams_alike(scene, done):
         body["y"] *= -1
     log.frames.robots["team"] = 1 - log.frames.robots["team"]
     other = {"home": "away", "away": "home"}
-    swap = pl.col("team").cast(pl.String).replace(other).cast(log.referee.schema["team"])
     table, _ = trajectories(log, TrajectorySettings())
     mirrored = situations(*((other[team], *rest) for team, *rest in done))
-    found = attribute(log.referee.with_columns(swap), table, mirrored, VSSS, GoalSettings())
+    found = attribute(swapped(log.referee), table, mirrored, VSSS, GoalSettings())
     assert found["team"].to_list() == ["away"]
     assert found.select("robot", "kind").rows() == kinds

@@ -257,7 +257,7 @@ def match(home, away, seed, seconds=60.0):
 class TestTeams:
     @pytest.mark.slow
     @given(views(), st.sampled_from(SCRIPTED), st.sampled_from(list(Kind)), st.integers(0, 9))
-    @settings(max_examples=100)
+    @settings(max_examples=50)
     def test_wheel_limit(self, view, team, kind, seed):
         """No team drives its wheels beyond their limit, whatever it sees."""
         rng = np.random.default_rng(seed)

@@ -22,14 +22,20 @@ _LOOKS = f'base = "looking"\nclock_s = 0.3\npredict_s = 0.1\n{_SHORT}'
 _STATES = f'base = "best-in-games"\n{_SHORT.replace("practice = 1", "practice = 0")}'
 
 
+def played_season(data, text):
+    """A season after its only game."""
+    season = Season(name="short", opponent="static", seed=1, settings=parse_season(text, where="short.toml"))
+    take_game(data, Turn(season, 1), discard=True)
+    return season
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("text", "kept"), [
     (_LOOKS, {"clock_s": 0.3, "predict_s": 0.1}), (_STATES, {"clock": {"least_s": 0.4, "interrupts": True, "begin_ended": False}}),
 ], ids=["looks", "looks up states"])
 def test_a_policy_keeps_its_clock(tmp_path, text, kept):
     """``learned`` and ``learned:1`` play as the season's apprentice does; an option says otherwise."""
-    season = Season(name="short", opponent="static", seed=1, settings=parse_season(text, where="short.toml"))
-    take_game(tmp_path, Turn(season, 1), discard=True)
+    season = played_season(tmp_path, text)
     store, own = Store(tmp_path), store_of(tmp_path, season)
     expected = TeamSettings.model_validate({"kind": "learned"} | kept)
     counted = apprentice(store, season.id).team.settings
@@ -52,8 +58,7 @@ class Still(Controller):
 @pytest.mark.parametrize("text", [_LOOKS, _STATES], ids=["looks", "looks up states"])
 def test_an_opponent_in_an_environment(tmp_path, text):
     """An apprentice plays in an environment, byte for byte, as in a recorded match: by its clock, and predicting."""
-    season = Season(name="short", opponent="static", seed=1, settings=parse_season(text, where="short.toml"))
-    take_game(tmp_path, Turn(season, 1), discard=True)
+    season = played_season(tmp_path, text)
     one = env(learned_team(Store(tmp_path), season.id), minutes=0.2)
     one.reset(seed=3)
     policies = {}
@@ -81,8 +86,7 @@ def test_options_of_the_other_kind(tmp_path, capsys):
         with pytest.raises(SystemExit, match="1"):
             main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
         assert f"{option.split('=')[0]}: {whose}" in capsys.readouterr().err
-    season = Season(name="short", opponent="static", seed=1, settings=parse_season(_LOOKS, where="short.toml"))
-    take_game(tmp_path, Turn(season, 1), discard=True)
+    season = played_season(tmp_path, _LOOKS)
     with pytest.raises(SystemExit, match="1"):
         main(["evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", str(tmp_path)])
     assert "--min-visits: only a team that looks behaviours up in states has this option" in capsys.readouterr().err

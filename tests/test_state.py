@@ -53,24 +53,6 @@ def see(table, team=0, t=0.0, events=NOBODY, pitch=VSSS):
 
 class TestCounts:
 
-    def test_papers_count(self):
-        """No choice of levels for the 36 elements gives the paper's number of states."""
-        def exponent(prime, number=PAPER_STATES):
-            return 0 if number % prime else 1 + exponent(prime, number // prime)
-
-        assert 2 ** exponent(2) * 3 ** exponent(3) == PAPER_STATES
-        assert PAPER_STATES // 3 == 26_873_856
-        assert PAPER_STATES // 9 == 8_957_952
-        # 36 elements of two levels at least need 36 prime factors, the ball's direction three of them
-        assert exponent(2) + exponent(3) == 21 < 36
-        # the elements whose three levels the paper states: 6 + 2 distances, velocity, score, situation
-        stated = [i for i, element in enumerate(TABLE) if len(element.levels) == 3 and "orientation" not in
-                  element.name]
-        assert len(stated) == 11 > exponent(3)
-        # and without any orientation the product is already too large
-        others = [len(element.levels) for element in TABLE if "orientation" not in element.name]
-        assert np.prod(others) == 90_699_264 > PAPER_STATES
-
     def test_keys(self):
         """Keys go from fine to coarse, and their names say how many elements they keep."""
         assert [int(key.lstrip("abcdefghijklmnopqrstuvwxyz")) for key in KEYS] == [len(columns(key)) for key in KEYS]

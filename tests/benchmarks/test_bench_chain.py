@@ -12,12 +12,14 @@ import polars as pl
 import pytest
 from conftest import SAMPLE
 from support.receipts import put_receipt, receipt_at
+from support.recordings import RSIM, imported
 
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.settings import Settings, TrajectorySettings
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.tables import to_parquet
@@ -49,12 +51,8 @@ def test_ours(benchmark, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory) -> pl.DataFrame:
-    store = Store(tmp_path_factory.mktemp("table"))
-    receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    STAGES.make(store, SETTINGS, scope(receipt.name), ("trajectories",))
-    made = store.receipt("trajectories", receipt.name)
-    return store.read_table(made, "trajectories", Trajectories)
+def table() -> pl.DataFrame:
+    return trajectories(imported(RSIM), TrajectorySettings())[0]
 
 
 @pytest.mark.benchmark(group="trajectories to Parquet")

@@ -5,12 +5,10 @@ from functools import cache
 import numpy as np
 import polars as pl
 import pytest
-from conftest import SAMPLE
 from sklearn.ensemble import HistGradientBoostingClassifier
+from support.recordings import RSIM, imported
 from threadpoolctl import threadpool_limits
 
-from pitchlore.pipeline.importers import readers
-from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.numbers import trees
 from pitchlore.pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
@@ -24,7 +22,7 @@ SETTINGS = ModelSettings()
 @cache
 def looked():
     """Bodies, referee and pitch of the sample, and its moments."""
-    log = readers.read(readers.open_source(SAMPLE.read_bytes(), SAMPLE.name), TrackingMap())
+    log = imported(RSIM)
     bodies, _ = trajectories(log, TrajectorySettings())
     return bodies, log.referee, log.info.pitch, moments(bodies, log.referee, log.info.pitch, MomentSettings())
 

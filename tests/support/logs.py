@@ -19,6 +19,12 @@ def referee_rows(*events):
                         schema=Referee.dtypes())
 
 
+def swapped(table):
+    """The table with its teams exchanged."""
+    team = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})
+    return table.with_columns(team.cast(table.schema["team"]))
+
+
 def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):
     """A match log.
 
