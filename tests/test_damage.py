@@ -125,7 +125,7 @@ def test_kb_verify_restores(data, tmp_path, call):
 
 
 def test_nothing_comes_from_a_damaged_backup(data, tmp_path, call):
-    """What is damaged in the backup, too, is not restored, nor another output's receipt; no pipe or device is read."""
+    """Damage that the backup has, too, is not restored, nor is another output's receipt; no pipe or device is read."""
     backup, store = shutil.copytree(data, tmp_path / "backup"), Store(data)
     log = next(iter(store.receipts("matches"))).files["log"].path
     for folder in (data, backup):

@@ -144,7 +144,7 @@ def test_beside_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.usefixtures("no_screen")
 def test_a_window_that_stands_still_or_is_closed() -> None:
-    """What the window does not take is not shown, and nobody waits for it; that it is closed is said once."""
+    """Packets that the window does not take are not shown, and nobody waits for it; that it is closed is said once."""
     said: list[str] = []
     with Showing("vsss", "watch", said.append) as window:
         os.kill(_only_child(), signal.SIGSTOP)

@@ -252,9 +252,11 @@ HOSTILE = (
     Hostile("heads.log", ssl_false_heads, "has no vision or tracker frames|is damaged at more than 10000 places"),
     Hostile("robots.log", ssl_robots, seconds=5),
     Hostile("trackers.log", lambda: ssl_packets(
-        lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, ssl.integer(1, 1) + ssl.f64(2, 5.0)), 50_000, ssl.TRACKER), seconds=5),
+        lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, ssl.integer(1, 1) + ssl.f64(2, 5.0)), 50_000, ssl.TRACKER),
+        seconds=5),
     Hostile("cameras.log", lambda: ssl_packets(
-        lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))), 50_000), seconds=5),
+        lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))),
+        50_000), seconds=5),
     Hostile("referees.log", lambda: ssl_packets(
         lambda i: ssl.referee(0, 0, i, source=str(i)), 25_000, ssl.REFEREE),
         "has no vision or tracker frames", seconds=5),
