@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from support.planning import (
     choices,
     index_of,
+    named,
     value_iteration,
 )
-from support.small_games import named, tables
 
 from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
 from pitchlore.pipeline.stages.paradigms.games.game import Game
@@ -27,6 +27,15 @@ from pitchlore.pipeline.stages.paradigms.games.matrix import (
     penalty,
     pure_equilibria,
 )
+
+
+@st.composite
+def tables(draw):
+    """Rewards of one to three agents, [A] * N + [N], with many ties."""
+    agents = draw(st.integers(1, 3))
+    shape = (draw(st.integers(1, 3)),) * agents + (agents,)
+    rewards = draw(st.lists(st.integers(-3, 3), min_size=math.prod(shape), max_size=math.prod(shape)))
+    return np.array(rewards, dtype=np.float64).reshape(shape)
 
 
 def literal_equilibria(table):
@@ -44,21 +53,6 @@ def literal_equilibria(table):
             for action in range(shape[i])
         )
     }
-
-
-def three_agent_climbing():
-    """Climbing for three: 11, 7 and 5 for agreeing on 0, 1 and 2; -30 where 0 meets 1; where 1 meets 2
-    it is 6 if the first agent plays 1; else nothing."""
-    payoff = np.zeros((3, 3, 3))
-    for joint in np.ndindex(3, 3, 3):
-        played = set(joint)
-        if len(played) == 1:
-            payoff[joint] = (11, 7, 5)[joint[0]]
-        elif {0, 1} <= played:
-            payoff[joint] = -30
-        elif played == {1, 2} and joint[0] == 1:
-            payoff[joint] = 6
-    return matrix_game("three-agent climbing", payoff)
 
 
 class TestMatrixGames:
@@ -108,28 +102,6 @@ class TestMatrixGames:
         ]
         for game in (partly, fully):  # both agents always see the same outcome
             assert (game.rewards[..., 0] == game.rewards[..., 1]).all()
-
-    def test_total_rewards(self):
-        """The paper's total rewards in climbing are true of the first agent only."""
-        # "action a2 has the maximum total reward for agent A and action b1 for agent B" (section 5).
-        # Rows (a): 11-30+0 = -19, -30+7+6 = -17, 0+0+5 = 5. Columns (b): 11-30+0 = -19, -30+7+0 = -23,
-        # 0+6+5 = 11. So a2 has the greatest total and so has b2; b1 has the smallest of B's.
-        # Read with rows and columns exchanged, B's totals are -19, -17, 5: not b1 either.
-        table = climbing().expected[0, :, 0].reshape(3, 3)
-        assert table.sum(axis=1).tolist() == [-19, -17, 5]
-        assert table.sum(axis=0).tolist() == [-19, -23, 11]
-
-    def test_three_agents_climb(self):
-        """Climbing for three agents has three equilibria, of which one is optimal."""
-        # (0, 0, 0) = 11 is the greatest of all. From (1, 1, 1) = 7 an agent's step leads to -30, 6 or 0.
-        # From (2, 2, 2) = 5 the first agent steps to (1, 2, 2) = 6; there it would lose (0 and 5), and
-        # the second and the third find -30, or 6 again at (1, 1, 2) and (1, 2, 1): a weak equilibrium.
-        # From (1, 1, 2) and (1, 2, 1) one agent steps to 7. All others pay 0 or -30 and one step pays more.
-        game = three_agent_climbing()
-        assert game.agents == 3
-        assert game.rewards.shape == (1, 27, 1, 3)
-        assert named(game, pure_equilibria(game)) == {(0, 0, 0), (1, 1, 1), (1, 2, 2)}
-        assert named(game, game.success[0]) == {(0, 0, 0)}
 
     @pytest.mark.parametrize(
         ("payoff", "stable", "best"),
@@ -242,7 +214,7 @@ class TestMatrixGames:
 class TestGame:
     def test_joint_digits(self):
         """The first agent's action is the most significant digit of a joint action."""
-        game = three_agent_climbing()
+        game = matrix_game("three agents", np.zeros((3, 3, 3)))
         assert index_of(game, (1, 2, 0)) == 1 * 9 + 2 * 3 + 0
         assert choices(game)[:, 15].tolist() == [1, 2, 0]
         assert [index_of(game, choice) for choice in choices(game).T] == list(range(27))

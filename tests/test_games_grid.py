@@ -4,33 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from support.grid import DOWN, LEFT, RIGHT, STAY, UP, positions, state_of
 from support.planning import (
-    best_response,
-    choices,
     evaluate,
-    gains,
     index_of,
     is_equilibrium,
+    named,
     path_length,
     value_iteration,
 )
-from support.small_games import named, tables
 
 from pitchlore.pipeline.base.errors import BadSettings
-from pitchlore.pipeline.stages.paradigms.games.game import Game
 from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
-from pitchlore.pipeline.stages.paradigms.games.matrix import (
-    climbing,
-    matrix_game,
-    pure_equilibria,
-)
 
 READINGS = [
     pytest.param(punished, stay, id=f"{punished} punished, {'five' if stay else 'four'} moves")
@@ -54,31 +42,6 @@ class TestGridWorld:
         assert (game.states, game.agents, game.actions) == (625, 2, 4)
         assert positions(game.start) == ((5, 1), (5, 5))
         assert game.own[:, game.start].tolist() == [20, 24]  # 5 * 4 + 0 and 5 * 4 + 4
-
-    def test_moves_and_walls(self):
-        """A move goes to the next cell, a wall stops it, and agents may share a cell."""
-        game = grid_world(1, stay=True)
-        nothing = [0, 0], False, False
-        assert step(game, (5, 1), (5, 5), UP, LEFT) == (((4, 1), (5, 4)), *nothing)
-        assert step(game, (5, 1), (5, 5), DOWN, RIGHT) == (((5, 1), (5, 5)), *nothing)
-        assert step(game, (5, 1), (1, 5), LEFT, UP) == (((5, 1), (1, 5)), *nothing)
-        assert step(game, (2, 2), (2, 4), RIGHT, LEFT) == (((2, 3), (2, 3)), *nothing)  # they may share a cell
-        assert step(game, (2, 2), (4, 4), DOWN, STAY) == (((3, 2), (4, 4)), *nothing)
-
-    def test_rewards(self):
-        """Meeting at (3, 3) pays 10 and at (1, 3) 5, and being alone at (3, 3) costs k."""
-        both, alone = grid_world(7, stay=True), grid_world(7, punished="alone", stay=True)
-        for game in (both, alone):
-            assert step(game, (3, 2), (4, 3), RIGHT, UP) == (((3, 3), (3, 3)), [10, 10], True, True)
-            assert step(game, (1, 2), (2, 3), RIGHT, UP) == (((1, 3), (1, 3)), [5, 5], True, False)
-            assert step(game, (1, 2), (1, 5), RIGHT, LEFT) == (((1, 3), (1, 4)), [0, 0], False, False)
-        # one there alone, and the same still alone there a step later
-        for place, move in (((3, 2), RIGHT), ((3, 3), STAY)):
-            assert step(both, place, (5, 5), move, UP) == (((3, 3), (4, 5)), [-7, -7], False, False)
-            assert step(alone, place, (5, 5), move, UP) == (((3, 3), (4, 5)), [-7, 0], False, False)
-            assert step(alone, (5, 5), place, UP, move) == (((4, 5), (3, 3)), [0, -7], False, False)
-        # one alone on each of the two
-        assert step(both, (3, 2), (1, 2), RIGHT, RIGHT) == (((3, 3), (1, 3)), [-7, -7], False, False)
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
@@ -118,38 +81,6 @@ class TestGridWorld:
             grid_world(**wrong)
 
 
-@st.composite
-def small_games(draw):
-    """One or two agents with two actions in up to three states, with ends and rewards of their own."""
-    agents, states = draw(st.integers(1, 2)), draw(st.integers(1, 3))
-    joint = 2**agents
-    cells = states * joint
-
-    def numbers(low, high, count):
-        return np.array(draw(st.lists(st.integers(low, high), min_size=count, max_size=count)))
-
-    ends = numbers(0, 1, cells).astype(bool).reshape(states, joint)
-    return Game(
-        name="small", actions=2, following=numbers(0, states - 1, cells).reshape(states, joint),
-        rewards=numbers(-4, 4, cells * 2 * agents).astype(np.float64).reshape(states, joint, 2, agents),
-        ends=ends, success=ends.copy(), own=np.zeros((agents, states), np.int64),
-        start=draw(st.integers(0, states - 1)),
-    )
-
-
-def worth(game, policy, discount):
-    """Value of a policy to each agent, [N, S], by solving Bellman's linear equations."""
-    rows = np.arange(game.states)
-    goes = np.zeros((game.states, game.states))
-    goes[rows, game.following[rows, policy]] = ~game.ends[rows, policy]
-    paid = game.rewards.mean(axis=2)[rows, policy]
-    return np.linalg.solve(np.eye(game.states) - discount * goes, paid).T
-
-
-def policies(game):
-    return (np.array(policy) for policy in itertools.product(range(game.following.shape[1]), repeat=game.states))
-
-
 def by_own_cell(game, *plans):
     """A policy of agents that look at their own position only; a plan is (row, column) -> move."""
     policy = np.empty(game.states, dtype=np.int64)
@@ -170,11 +101,6 @@ def to_summit(row, column):
     if row != 3:
         return UP if row > 3 else DOWN
     return RIGHT if column < 3 else LEFT
-
-
-def idle(row, column):
-    """Against the lower wall for ever."""
-    return DOWN
 
 
 class TestPlanning:
@@ -199,69 +125,6 @@ class TestPlanning:
         plan = value_iteration(grid_world(3, stay=stay), 0.9)
         assert plan.values[state_of((3, 2), (1, 3))] == pytest.approx(10 * 0.9 ** (steps - 1), abs=1e-9)
 
-    def test_no_discount(self):
-        """Without discount the grid still has values."""
-        game = grid_world(15)
-        plan = value_iteration(game, 1.0)
-        assert plan.values.tolist() == [10.0] * 625  # from everywhere, as time costs nothing
-        assert path_length(game, plan.best) == 4
-        assert plan.best[game.start, index_of(game, (DOWN, DOWN))]  # wasting time is no loss
-
-    def test_repeated_climbing(self):
-        """Repeated climbing is worth eleven for ever."""
-        plan = value_iteration(climbing(), 0.9)
-        assert plan.values == pytest.approx([11 / (1 - 0.9)], abs=1e-9)
-        assert plan.best.tolist() == climbing().success.tolist()
-
-    def test_a_defectors_best_response(self):
-        """Defecting is the best response to one who cooperates for ever."""
-        # the other cooperates for ever: defecting pays 5 + 5/2 + 5/4 + … = 10 instead of 6
-        game = matrix_game("dilemma", [[(3, 3), (0, 5)], [(5, 0), (1, 1)]], individual=True)
-        cooperating = np.array([index_of(game, (0, 0))])
-        for agent in (0, 1):
-            response = best_response(game, cooperating, agent, 0.5)
-            assert response.values == pytest.approx([10], abs=1e-9)
-            assert response.best.tolist() == [[False, True]]
-        np.testing.assert_allclose(gains(game, cooperating, 0.5), [4, 4], atol=1e-9)
-
-    @settings(max_examples=100)
-    @given(small_games(), st.sampled_from([0.0, 0.3, 0.9]))
-    def test_values(self, game, discount):
-        """Values are those of the best of all policies."""
-        every = [worth(game, policy, discount).mean(axis=0) for policy in policies(game)]
-        plan = value_iteration(game, discount)
-        np.testing.assert_allclose(plan.values, np.max(every, axis=0), rtol=0, atol=1e-8)
-        # every best joint action, followed everywhere, is as good, and no other begins as well
-        follow = np.where(game.ends, 0, discount) * plan.values[game.following]
-        gap = plan.values[:, np.newaxis] - (game.expected.mean(axis=2) + follow)
-        assert (plan.best == (gap < 1e-7)).all()
-
-    @settings(max_examples=100)
-    @given(small_games(), st.sampled_from([0.0, 0.3, 0.9]), st.data())
-    def test_responses(self, game, discount, data):
-        """A response is the best of all policies that differ in the agent only."""
-        policy = data.draw(st.sampled_from(list(policies(game))))
-        kept = evaluate(game, policy, discount)
-        np.testing.assert_allclose(kept, worth(game, policy, discount)[:, game.start], rtol=0, atol=1e-8)
-        gained = gains(game, policy, discount)
-        for agent in range(game.agents):
-            others = np.delete(choices(game), agent, axis=0)
-            every = [
-                worth(game, other, discount)[agent] for other in policies(game)
-                if (others[:, other] == others[:, policy]).all()
-            ]
-            response = best_response(game, policy, agent, discount)
-            np.testing.assert_allclose(response.values, np.max(every, axis=0), rtol=0, atol=1e-8)
-            assert gained[agent] == pytest.approx(response.values[game.start] - kept[agent], abs=1e-8)
-
-    @settings(max_examples=100)
-    @given(tables(), st.sampled_from([0.0, 0.5]))
-    def test_matrix_policies(self, table, discount):
-        """In a matrix game policies are equilibria where joint actions are."""
-        game = matrix_game("any", table, individual=True)
-        found = [is_equilibrium(game, np.array([joint]), discount) for joint in range(game.following.shape[1])]
-        assert found == pure_equilibria(game).tolist()
-
     @pytest.mark.parametrize("k", [0, 15])
     @pytest.mark.parametrize("discount", [0.9, 1.0])
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
@@ -276,54 +139,3 @@ class TestPlanning:
             value = evaluate(game, policy, discount)
             assert value == pytest.approx([points * discount ** (steps - 1)] * 2, abs=1e-9)
             assert is_equilibrium(game, policy, discount)
-
-    def test_gain_by_coming(self):
-        """An agent that is waited for gains by coming."""
-        game = grid_world(5)
-        policy = by_own_cell(game, idle, to_refuge)
-        found = gains(game, policy, 0.9)
-        assert found == pytest.approx([5 * 0.9**5, 0], abs=1e-9)
-        assert not is_equilibrium(game, policy, 0.9)
-
-    def test_never_meeting(self):
-        """Never meeting is an equilibrium, too."""
-        # the paper does not mention it: alone nobody can earn anything
-        game = grid_world(5)
-        policy = by_own_cell(game, idle, idle)
-        assert evaluate(game, policy, 0.9).tolist() == [0, 0]
-        assert is_equilibrium(game, policy, 0.9)
-
-    def test_paths(self):
-        """A path is the shortest to success among the allowed actions, or None."""
-        game = grid_world(1)
-
-        def only(policy):
-            return np.arange(16) == policy[:, np.newaxis]
-
-        assert path_length(game, only(by_own_cell(game, to_summit, to_summit))) == 4
-        assert path_length(game, only(by_own_cell(game, idle, idle))) is None
-
-        def past_refuge(row, column):  # the way to (3, 3) is over before it is gone
-            return DOWN if column == 3 else to_refuge(row, column)
-
-        def beside_summit(row, column):  # up and down in columns 2 and 4, one step away from it
-            return DOWN if row == 3 and column in (2, 4) else to_summit(row, column)
-
-        for plan in (past_refuge, beside_summit):
-            assert path_length(game, only(by_own_cell(game, plan, plan))) is None
-        assert path_length(game, np.ones((625, 16), np.bool_)) == 4
-        assert path_length(climbing(), climbing().success) == 1
-
-    def test_diverging_states(self):
-        """Without discount only the states that a policy passes need a worth."""
-        # from (3, 3) and (3, 2) these policies pass (3, 3) in turns and pay for ever; from the start never
-        game = grid_world(15)
-        policy = by_own_cell(game, to_summit, to_summit)
-        assert evaluate(game, policy, 1.0).tolist() == [10, 10]
-        with pytest.raises(BadSettings, match="do not converge"):
-            evaluate(replace(game, start=state_of((3, 3), (3, 2))), policy, 1.0)
-
-    def test_no_convergence(self):
-        """Values that do not converge are refused."""
-        with pytest.raises(BadSettings, match="do not converge within 100,000 sweeps at discount 1"):
-            value_iteration(climbing(), 1.0)

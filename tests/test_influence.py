@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pitchlore.pipeline.settings import PolicySettings
-from pitchlore.pipeline.stages.policies.influence import Influence, opinion_on
+from pitchlore.pipeline.stages.policies.influence import Influence
 from pitchlore.pipeline.stages.policies.sarsa import (
     CONTINUES,
     TERMINAL,
@@ -32,13 +32,6 @@ def learn(q, data, influence, **rule):
     return sarsa_lambda(q, np.zeros_like(q), data, PolicySettings(**rule), influence)
 
 
-def test_praise_and_protest():
-    """Praise fades and protest grows with repetition."""
-    assert opinion_on(0.5, 0.25) == 0.375
-    assert opinion_on(-0.5, 0.25) == -0.125
-    assert opinion_on(0.0, 0.25) == 0.0
-
-
 def test_three_decisions():
     """Three decisions are influenced and learned from as worked by hand."""
     # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
@@ -59,25 +52,6 @@ def test_three_decisions():
     # half of: -.2 for pair 0, .8 - .1875 for pair 1, -.5 - .025 for pair 2
     assert learned.q == pytest.approx([0.3, 0.50625, 1.2375], abs=1e-15)
     assert learned.first_errors == pytest.approx(errors, abs=1e-15)
-
-
-def test_who_judges_whom():
-    """A robot judges the team-mates' decisions that begin during its own."""
-    rows = [
-        (1, 0, 0, 0), (1, 1, 0, 1),  # at once: each judges the other by what it decides now
-        (1, 2, 5, UNKNOWN), (1, 2, 3, 2),  # robot 2 is at pair 2 from 3 on, also while at what it does not know
-        (1, 0, 6, 3),
-        (2, 1, 7, 4),  # another team, episode or match
-    ]
-    errors = np.array([1.0, 2.0, np.nan, 4.0, 8.0, 16.0])
-    swayed = among(rows, np.zeros(PAIRS), rate=1.0)(errors)  # share 0: praise in full
-    assert swayed.tolist() == [2.0, 1.0, 0.0, 1.0 + 2.0, 2.0 + 4.0, 0.0]
-
-
-def test_cut_decision():
-    """A robot whose decision was cut off has no opinion."""
-    rows = [(1, 0, 0, 0), (1, 0, 2, 1), (1, 1, 3, 2)]
-    assert among(rows, np.zeros(PAIRS), rate=1.0)(np.array([1.0, np.nan, 1.0])).tolist() == [0.0, 0.0, 0.0]
 
 
 @st.composite
@@ -163,17 +137,6 @@ def test_literal_equations(q, made, share, rate, rule):
     influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, rate)
     learned = learn(q, batch(rows), influence, **rule)
     np.testing.assert_allclose(learned.q, literal(q, rows, where, share, rate, **rule), rtol=0, atol=1e-11)
-
-
-@settings(deadline=None)
-@given(values, teams(), shares, rules)
-def test_no_influence(q, made, share, rule):
-    """Without influence learning is Sarsa exactly."""
-    rows, where = made
-    influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, 0.0)
-    swayed, alone = learn(q, batch(rows), influence, **rule), learn(q, batch(rows), None, **rule)
-    for one, other in zip(swayed, alone, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 @settings(deadline=None)

@@ -182,12 +182,6 @@ def test_bad_arguments(words, what, tmp_path, capsys):
     assert what in said.out + said.err
 
 
-def test_paper_runs():
-    """Unless told otherwise, a design has the paper's numbers of runs."""
-    assert [Design().runs_of(figure) for figure in (4, 5, 6)] == [100, 100, 3]
-    assert Design(runs=2_000).runs_of(6) == 2_000
-
-
 def test_confirmation_seeds():
     """The confirmation shares no seed with the studies that chose its settings."""
     every = experiments.sweeps(Design(sensitivity=True))

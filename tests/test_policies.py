@@ -403,17 +403,6 @@ def test_two_versions():
         train([], known, pl.concat([parent, parent]), PLAIN, 1, 1)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "says"),
-    [({"end_ns": -1}, "elapsed\\[0\\] is negative"), ({"reward": float("nan")}, "reward\\[0\\] is not finite")],
-)
-def test_bad_decisions(wrong, says):
-    """Decisions that cannot be are refused by column and row."""
-    match = decisions(("striker", 7, KICK, 0.0, "terminal", 0)).with_columns(**{k: pl.lit(v) for k, v in wrong.items()})
-    with pytest.raises(SchemaMismatch, match=says):
-        train([match], occasions(("striker", 7, KICK)), None, PLAIN, 1, 1)
-
-
 def test_exploding_values():
     """Values that explode stop the training."""
     steps = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, traces="accumulating", sweeps=200)

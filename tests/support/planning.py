@@ -1,4 +1,4 @@
-"""Planning with perfect knowledge of a game: best joint play, best responses, equilibria of policies.
+"""Planning with perfect knowledge of a game: best joint play, equilibria of policies.
 
 A policy is int64 [S], the joint action in each state. What it is worth is the discounted sum of expected
 rewards until the episode ends. With discount 1 an episode may go on for ever without rewards, but where
@@ -34,6 +34,11 @@ def choices(game: Game) -> I64:
     return np.indices((game.actions,) * game.agents, dtype=np.int64).reshape(game.agents, -1)
 
 
+def named(game: Game, chosen: Bools) -> set[tuple[int, ...]]:
+    """The joint actions of a bool [J], as tuples of the agents' actions."""
+    return {tuple(int(a) for a in choices(game)[:, j]) for j in np.flatnonzero(chosen)}
+
+
 class Plan(NamedTuple):
     """The best that can be done in every state; K choices are joint actions, or those of one agent.
 
@@ -62,24 +67,6 @@ def value_iteration(game: Game, discount: float, tolerance: float = TOLERANCE) -
         BadSettings: if the values do not converge.
     """
     return _solve(game.following, game.expected.mean(axis=2), game.ends, discount, tolerance)
-
-
-def best_response(
-    game: Game, policy: I64, agent: int, discount: float, tolerance: float = TOLERANCE
-) -> Plan:
-    """The best that one agent can do for itself while the others keep to their parts of a policy.
-
-    Args:
-        game: N agents.
-        policy: int64 [S], each in [0, J).
-        agent: in [0, N).
-        discount: in [0, 1].
-        tolerance: above 0, as for :func:`value_iteration`.
-
-    Returns:
-        A plan whose choices are the agent's own A actions.
-    """
-    return _solve(*_restricted(game, _deviations(game, policy, agent), agent), discount, tolerance)
 
 
 def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
