@@ -168,6 +168,13 @@ def clip(start_s: float, end_s: float) -> pl.DataFrame:
     return table.filter(pl.col("t").is_between(start_s, end_s, closed="left"))
 
 
+@pytest.fixture
+def derby(tmp_path) -> Path:
+    """A recording of five seconds."""
+    clip(0.0, 5.0).write_csv(tmp_path / "derby.csv")
+    return tmp_path / "derby.csv"
+
+
 @pytest.fixture(scope="session")
 def recording() -> object:
     """A function that gives a recording that nobody here simulated, or skips where it is absent."""

@@ -10,14 +10,12 @@ import os
 import random
 import shutil
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import IO
 
 import pytest
-from conftest import ROOT
+from support.processes import answering, line, tell
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.catalog import forget_match, refresh
@@ -36,22 +34,10 @@ DELAY_S = 0.2
 @pytest.fixture(scope="module")
 def processes() -> Iterator[list[subprocess.Popen[str]]]:
     """Two processes that do what they are reported."""
-    here = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
     with ExitStack() as both:
-        started = [both.enter_context(subprocess.Popen(
-            [sys.executable, "-m", "support.at_once"], env=here, text=True, stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE)) for _ in range(2)]
-        try:
-            assert [_line(process.stdout) for process in started] == ["ready", "ready"]
-            yield started
-        finally:
-            for process in started:
-                process.kill()
-
-
-def _line(stream: IO[str] | None) -> str:
-    assert stream is not None
-    return stream.readline().strip()
+        started = [both.enter_context(answering("support.at_once")) for _ in range(2)]
+        assert [line(process) for process in started] == ["ready", "ready"]
+        yield started
 
 
 @pytest.fixture
@@ -61,10 +47,8 @@ def at_once(processes) -> Callable[..., list[str]]:
 
     def reported(folder: Path, *actions: str) -> list[str]:
         for process, action in zip(processes, actions, strict=False):
-            assert process.stdin is not None
-            process.stdin.write(f"{rng.uniform(0, DELAY_S):.3f} {action} {folder}\n")
-            process.stdin.flush()
-        return [_line(process.stdout) for process, _ in zip(processes, actions, strict=False)]
+            tell(process, f"{rng.uniform(0, DELAY_S):.3f}", action, folder)
+        return [line(process) for process, _ in zip(processes, actions, strict=False)]
 
     return reported
 
@@ -147,9 +131,9 @@ def test_two_imports(folders, at_once):
         assert len(list(sound(data).receipts("matches"))) == 2
 
 
-def test_forgotten_while_it_is_made(finished, tmp_path, monkeypatch):
+def test_forgotten_while_it_is_made(copied, monkeypatch):
     """An output of a match that is forgotten while the output is made is not committed."""
-    store = Store(shutil.copytree(finished, tmp_path / "data"))
+    store = Store(copied)
     (match, _) = (receipt.name for receipt in store.receipts("matches"))
     stage = STAGES["goals"]
     assert stage.compute is not None

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from contextlib import ExitStack
 
 import pytest
-from conftest import ROOT
 from support import at_once
-from support.buckets import Served
 from support.google import google
-from support.processes import eventually
+from support.processes import answering, eventually, line, tell
 
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
@@ -123,51 +116,28 @@ def test_google(machine, tmp_path, monkeypatch):
         assert other.read(other.manifest("knowledge", 1), "note") == b"known"
 
 
-@contextmanager
-def processes(server: Served, tmp_path: Path, names: tuple[str, ...]) -> Iterator[list[subprocess.Popen[str]]]:
-    """Processes that do what they are reported, each with a home of its own."""
-    started = []
-    for name in names:
-        home = tmp_path / name
-        home.mkdir(exist_ok=True)
-        here = {**os.environ, **server.environment, "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache"),
-                "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
-        started.append(subprocess.Popen([sys.executable, "-m", "support.at_once"], env=here, text=True,
-                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE))
-    try:
-        yield started
-    finally:
-        for process in started:
-            process.kill()
-            process.communicate()
-
-
-def tell(process: subprocess.Popen[str], action: str, url: str) -> None:
-    process.stdin.write(f"0 {action} {url}\n")
-    process.stdin.flush()
-
-
 def test_two_processes(server, machine, recordings, local, tmp_path):
     """Two machines that run at once end in the bytes of one; one that is killed leaves nothing half done."""
-    names = ("ada", "bea")
-    with processes(server, tmp_path, names) as both:
-        assert [process.stdout.readline() for process in both] == ["ready\n"] * 2
+    with ExitStack() as machines:
+        both = [machines.enter_context(answering("support.at_once", **server.environment, HOME=str(tmp_path / name),
+                                                 XDG_CACHE_HOME=str(tmp_path / name / "cache"))) for name in ("ada", "bea")]
+        assert [line(process) for process in both] == ["ready"] * 2
         for _ in range(ROUNDS):
             url = server.new()
             import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
             for process in both:
-                tell(process, "run", url)
-            said = [process.stdout.readline().strip() for process in both]
+                tell(process, 0, "run", url)
+            said = [line(process) for process in both]
             assert "True True" in said
-            assert all(line in ("True True", "False False", "True False", "False True") or "Run again" in line
-                       for line in said), said
+            assert all(each in ("True True", "False False", "True False", "False True") or "Run again" in each
+                       for each in said), said
             store = machine(url, "after")
             store.catch_up()
             at_once.run(store)
             assert plain(server.objects(url)) == local
         url = server.new()
         import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
-        tell(both[0], "run", url)
+        tell(both[0], 0, "run", url)
         eventually(lambda: any(key.startswith("situations") for key in server.objects(url)))
         both[0].send_signal(signal.SIGKILL)
         both[0].wait()

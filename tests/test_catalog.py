@@ -83,6 +83,7 @@ def test_parameters_are_bound(catalogue):
     ("select 1; select 2", "2 statements were given, not one"),
     ("drop view goals; select 1", "2 statements were given, not one"),
     ("", "0 statements"),
+    ("/* nothing */", "0 statements were given, not one"),
     ("select 1 as a, 2 as a", "column a occurs twice"),
     ("select interval 1 day as x", "column x is of type INTERVAL"),
     ("select [{'a': interval 1 day}] as x", "column x is of type"),

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import pytest
 from conftest import ROOT, clip, run
-from support.buckets import Served, served
+from support.buckets import Served, files, served
 from support.deeds import die, refuse
 from support.processes import eventually, pitchlore
 from test_costs import kept
@@ -187,9 +187,7 @@ def scripted(kind: str) -> Entrant:
 
 
 def products(data: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*"))
-            if path.is_file() and not path.name.startswith(".") and path.suffix not in (".duckdb", ".csv")
-            and path.parent.name != "runs"}
+    return {name: content for name, content in files(data).items() if not name.endswith(".csv")}
 
 
 def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:

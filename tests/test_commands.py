@@ -88,7 +88,7 @@ def test_commands_in_a_store(tmp_path):
 
 
 def test_own_log(tmp_path):
-    """The log that was made of a recording carries its commands into another data folder."""
+    """The log that was made of a recording is the same match in another data folder, with its commands."""
     store, other = Store(tmp_path / "data"), Store(tmp_path / "other")
     receipt, _ = import_recording(store, recording(tmp_path, "new.rcg", 4))
     copy = tmp_path / "copy.mcap"
@@ -96,7 +96,8 @@ def test_own_log(tmp_path):
     there, new = import_recording(other, Recording(file=copy))
     assert new
     assert there.name == receipt.name
-    assert there.files["commands"].sha256 == receipt.files["commands"].sha256
+    for role in ("log", "commands"):
+        assert there.files[role].sha256 == receipt.files[role].sha256
 
 
 def test_old_catalogue(old):

@@ -20,7 +20,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from conftest import clip, run
+from conftest import run
 from support.outputs import put_goal
 from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
@@ -30,9 +30,8 @@ from pitchlore.flows.cli import main
 from pitchlore.flows.server import REPLY_S, Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
 from pitchlore.pipeline.engine import catalog, matches
-from pitchlore.pipeline.engine.catalog import refresh, refresh_into
+from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.matches import import_recording
-from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings
@@ -57,13 +56,6 @@ def small_files() -> None:
     """No file may grow beyond 64 KiB: like a full disk, for a test that may not fill one."""
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
-
-
-@pytest.fixture
-def derby(tmp_path: Path) -> Path:
-    path = tmp_path / "derby.csv"
-    clip(0.0, 5.0).write_csv(path)
-    return path
 
 
 def lines(err: str) -> list[str]:
@@ -182,18 +174,6 @@ for kib in range(64, 1_000, 96):
 """
     done = subprocess.run([sys.executable, "-c", script, tmp_path], capture_output=True, text=True, check=True)
     assert set(done.stdout.split("\n")[:-1]) == {"refused", "built"}
-
-
-def test_catalogue_masks_nothing(tmp_path, monkeypatch):
-    """A catalogue that fails is one more failure of a report; the others are still there."""
-    store, report = Store(tmp_path), StageReport(noun="matches", failed={"derby.csv": "is empty."})
-
-    def full(*_: object) -> None:
-        raise StorageFailed("cannot be written", where="catalog.duckdb", next_step="Free space")
-
-    monkeypatch.setattr("pitchlore.pipeline.engine.catalog.refresh", full)
-    refresh_into(store, report)
-    assert report.failed == {"derby.csv": "is empty.", "catalog.duckdb": "catalog.duckdb: cannot be written. Free space."}
 
 
 def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
@@ -328,17 +308,16 @@ def test_database_locked_meanwhile(derby):
     assert said.endswith("What was finished is kept; run the command again to go on.")
 
 
-def test_version_that_cannot_be_made(finished, tmp_path, monkeypatch):
+def test_version_that_cannot_be_made(copied, monkeypatch):
     """Knowledge that cannot be made is one more failure of a run; the others are still in its report."""
-    data = shutil.copytree(finished, tmp_path / "data")
-    (data / "inbox" / "empty.csv").write_bytes(b"")
+    (copied / "inbox" / "empty.csv").write_bytes(b"")
 
     def full(*_: object, **__: object) -> None:
         raise StorageFailed("cannot be written (No space left on device)", where="knowledge")
 
     monkeypatch.setattr(Store, "commit_version", full)
-    report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
-    assert report.failures.keys() == {f"matches {data}/inbox/empty.csv", "knowledge version"}
+    report = run(copied, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
+    assert report.failures.keys() == {f"matches {copied}/inbox/empty.csv", "knowledge version"}
     assert report.stage("policies").failed == {}
 
 
@@ -397,18 +376,17 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
 @pytest.mark.parametrize("words", [
     ["record", "--minutes", "0.05"], ["forget", "early"], ["run"],
 ])
-def test_nothing_is_masked(finished, tmp_path, capsys, monkeypatch, words):
+def test_nothing_is_masked(copied, capsys, monkeypatch, words):
     """A catalogue that fails hides neither what a command made nor what else failed."""
-    data = shutil.copytree(finished, tmp_path / "data")
-    (data / "inbox" / "pipe.csv").symlink_to("/dev/null")
+    (copied / "inbox" / "pipe.csv").symlink_to("/dev/null")
 
     def full(*_: object) -> None:
         raise StorageFailed("cannot be written (No space left on device)", where="catalog.duckdb")
 
     monkeypatch.setattr(catalog.catalog, "build", full)
-    (data / "catalog.duckdb").unlink()
+    (copied / "catalog.duckdb").unlink()
     with pytest.raises(SystemExit) as stopped:
-        main([*words, "--data", str(data)])
+        main([*words, "--data", str(copied)])
     reported = capsys.readouterr()
     assert stopped.value.code == 1
     assert "No space left on device" in reported.out + reported.err

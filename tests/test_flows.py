@@ -40,7 +40,6 @@ from pitchlore.pipeline.settings import (
     KnowledgeSettings,
     PolicySettings,
     Settings,
-    TrajectorySettings,
 )
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
@@ -124,22 +123,6 @@ def test_bad_match(tmp_path, clips):
     (tmp_path / "inbox" / "broken.csv").unlink()
 
 
-def test_damaged_log(copied):
-    """A match whose log is damaged later is quarantined when its log is read again."""
-    shutil.rmtree(copied / "inbox")
-    store = Store(copied)
-    receipt = next(iter(store.receipts("matches")))
-    path = copied / receipt.files["log"].path
-    path.write_bytes(path.read_bytes()[:-100])
-    assert run(copied).made == 0, "what was made of it still holds"
-    report = run(copied, settings=Settings(trajectories=TrajectorySettings(gap_s=0.4)))
-    failed = {s.noun: set(s.failed) for s in report.stages if s.failed}
-    assert failed == {"matches": {receipt.name}, "trajectories": {receipt.name}}
-    assert [q.noun for q in store.quarantined()] == ["trajectories"]
-    assert report.knowledge == 2, "the knowledge is emitted without it"
-    assert store.manifest("knowledge", 2).details["matches"] == 1
-
-
 def test_disk_error(tmp_path, clips, monkeypatch):
     """After a disk error the work is tried again."""
     fill(tmp_path, clips)
@@ -202,16 +185,6 @@ def test_import_twice(tmp_path, clips):
     for again in (file, renamed, ours):
         assert import_recording(store, Recording(file=again)) == (receipt, False)
     assert len(list(store.receipts("matches"))) == 1
-
-
-def test_log_from_elsewhere(tmp_path, clips):
-    """A log from another machine is the same match."""
-    there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
-    sent, _ = import_recording(there, Recording(file=clips / "early.parquet"))
-    got, new = import_recording(here, Recording(file=there.root / sent.files["log"].path))
-    assert new
-    assert got.name == sent.name
-    assert got.files["log"].sha256 == sent.files["log"].sha256
 
 
 def test_whole_after_damaged(tmp_path, clips):

@@ -7,7 +7,6 @@ import signal
 import time
 
 import pytest
-from conftest import clip
 from support.sessions import migrated
 from support.terminal import terminal
 
@@ -77,13 +76,6 @@ def forever(*_):
 pitchlore.pipeline.engine.catalog.catalog.listing = forever
 """,
 }
-
-
-@pytest.fixture
-def derby(tmp_path):
-    path = tmp_path / "derby.csv"
-    clip(0.0, 5.0).write_csv(path)
-    return path
 
 
 @pytest.fixture

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
+from support.buckets import files
+from support.processes import answering, line, tell
 
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.stages import STAGES
@@ -28,27 +27,15 @@ EVERY = int(os.environ.get("PITCHLORE_STEPS", "25"))
 @pytest.fixture(scope="module")
 def reported() -> Iterator[Callable[..., tuple[int, int]]]:
     """Does an action on a folder so often, and dies at a step; the number of steps, and the exit code."""
-    here = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
-    with subprocess.Popen([sys.executable, "-m", "support.killing"], env=here, text=True,
-                          stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
+    with answering("support.killing") as process:
+        assert line(process) == "ready"
 
-        def tell(step: int, action: str, folder: Path, times: int = 1) -> tuple[int, int]:
-            process.stdin.write(f"{step} {times} {action} {folder}\n")
-            process.stdin.flush()
-            steps, code = process.stdout.readline().split()
+        def ask(step: int, action: str, folder: Path, times: int = 1) -> tuple[int, int]:
+            tell(process, step, times, action, folder)
+            steps, code = line(process).split()
             return int(steps), int(code)
 
-        yield tell
-        process.kill()
-
-
-def contents(data: Path) -> dict[str, bytes]:
-    """The bytes of all outputs and versions, without locks, the catalogue and the log of runs."""
-    return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*"))
-            if path.is_file() and not path.name.startswith(".") and path.suffix != ".duckdb" and path.parent.name != "runs"}
+        yield ask
 
 
 def prepared(finished: Path, data: Path, *without: str) -> Path:
@@ -73,7 +60,7 @@ def test_killed_at_a_step(finished, tmp_path, reported, action, without, times):
     steps, code = reported(0, action, data, times)
     assert (steps > 10, code) == (True, 0)
     assert reported(0, "prune", data)[1] == 0
-    quiet = contents(data)
+    quiet = files(data)
     every = EVERY * (24 if action == "season" else 1)
     for step in range(1 + every // 2, steps + 1, every):
         prepared(finished, data, *without)
@@ -81,7 +68,7 @@ def test_killed_at_a_step(finished, tmp_path, reported, action, without, times):
         assert verify_all(Store(data)).problems == [], step
         assert reported(0, action, data, times)[1] == 0
         assert reported(0, "prune", data)[1] == 0  # a kill may leave files that no receipt names
-        assert contents(data) == quiet, step
+        assert files(data) == quiet, step
         store = Store(data)
         assert refresh(store)[1] == []
         assert all(store.versions(noun) == [1] for noun in STAGES.versioned)

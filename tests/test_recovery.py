@@ -30,11 +30,10 @@ from pitchlore.schemas import Referee
 
 
 @pytest.fixture
-def data(tmp_path, finished):
+def data(copied):
     """A finished data folder of one's own, without its inbox."""
-    folder = shutil.copytree(finished, tmp_path / "data")
-    shutil.rmtree(folder / "inbox")
-    return folder
+    shutil.rmtree(copied / "inbox")
+    return copied
 
 
 def matches_known(data) -> int:
@@ -42,17 +41,18 @@ def matches_known(data) -> int:
 
 
 def test_mended_match(data):
-    """A match that was mended counts again."""
+    """A match whose log is damaged is left out when its log is read again; mended, it counts again."""
     store = Store(data)
     receipt = next(iter(store.receipts("matches")))
     path = data / receipt.files["log"].path
     whole = path.read_bytes()
     path.write_bytes(whole[:-1] + b"?")
-    other = Settings(trajectories=TrajectorySettings(gap_s=0.6))
-    report = run(data, settings=other)
+    assert run(data).made == 0, "what was made of it still holds"
+    report = run(data, settings=Settings(trajectories=TrajectorySettings(gap_s=0.6)))
     assert set(report.failures) == {f"matches {receipt.name}", f"trajectories {receipt.name}"}
     assert "Import the recording again" in report.failures[f"matches {receipt.name}"]
-    assert matches_known(data) == 1
+    assert [record.noun for record in store.quarantined()] == ["trajectories"]
+    assert (report.knowledge, matches_known(data)) == (2, 1), "the knowledge is emitted without it"
     path.write_bytes(whole)
     assert run(data).failures == {}
     assert store.quarantined() == []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -85,15 +84,13 @@ def test_serve_alone(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("prefect_server")
-def test_training_states(tmp_path, finished, capsys):
+def test_training_states(tmp_path, copied, capsys):
     """A training says in one line and in its state what it did; without knowledge it has failed."""
     from pitchlore.flows.scheduled import scheduled_training
 
-    data = tmp_path / "data"
-    shutil.copytree(finished, data)
     longer = Settings(policies=PolicySettings(sweeps=2))
-    states = [scheduled_training(tmp_path / "empty", return_state=True), scheduled_training(data, return_state=True),
-              scheduled_training(data, longer, return_state=True)]
+    states = [scheduled_training(tmp_path / "empty", return_state=True), scheduled_training(copied, return_state=True),
+              scheduled_training(copied, longer, return_state=True)]
     assert [(state.type.value, state.name) for state in states] == [
         ("FAILED", "Failed"), ("COMPLETED", "Completed"), ("COMPLETED", "Completed")]
     assert states[0].message.startswith(f"{tmp_path}/empty: there is no knowledge to train on.")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -28,6 +31,30 @@ for words in json.loads(sys.argv[1]):
         if ended.code: raise
     print(end="\\0", flush=True)
 """
+
+
+@contextmanager
+def answering(module: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
+    """A process of a module of the tests that answers lines: it says `ready` first, and is killed in the end."""
+    path = os.pathsep.join([str(Path(__file__).parents[2]), str(Path(__file__).parents[1]), *sys.path])
+    with subprocess.Popen([sys.executable, "-m", module], env={**os.environ, "PYTHONPATH": path, **environment},
+                          text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def tell(process: subprocess.Popen[str], *words: object) -> None:
+    """Write a line to such a process."""
+    assert process.stdin is not None
+    print(*words, file=process.stdin, flush=True)
+
+
+def line(process: subprocess.Popen[str]) -> str:
+    """Its next line."""
+    assert process.stdout is not None
+    return process.stdout.readline().strip()
 
 
 def eventually(what: Callable[[], T], seconds: float = 60.0, every: float = 0.02) -> T:
