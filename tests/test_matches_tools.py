@@ -10,13 +10,11 @@ import numpy as np
 import polars as pl
 import pytest
 import zstandard
-from mcap.data_stream import RecordBuilder
 from mcap.reader import make_reader
-from mcap.records import Chunk, DataEnd, Message, Metadata
+from mcap.records import Chunk, DataEnd, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
-from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as Ros2Writer
 from support.mcap_logs import (
@@ -35,7 +33,6 @@ from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.matches.records import as_array, walk
 
 
 def records(data: bytes, kind: type) -> list:
@@ -244,21 +241,3 @@ def test_chunk_without_crc():
     assert len(matches.read(with_chunk("", raw, len(raw)), where="a.mcap").frames) == 2
     bad = with_chunk("", raw, len(raw), zlib.crc32(raw) ^ 1)
     assert len(matches.read(bad, where="a.mcap").frames) == 1
-
-
-def test_record_length():
-    """Walking records stops at a length that leads out of the file."""
-    for length in (2**63, 2**64 - 1, 10**15, 5):
-        content = as_array(struct.pack("<BQ", 5, 4) + bytes(4) + struct.pack("<BQ", 5, length) + bytes(4))
-        found, end = walk(content, 0, len(content))
-        assert (len(found.opcodes), end) == (1, 13)
-
-
-def test_message_layout():
-    """Message records are laid out as the mcap library lays them out."""
-    frames = frames_of([2])
-    builder = RecordBuilder()
-    encode = serialize_dynamic("pitchlore/msg/Frame", TOPICS[FRAME].definition())["pitchlore/msg/Frame"]
-    Message(FRAME, log_time=0, data=encode(frame_dict(frames, 0)), publish_time=0, sequence=0).write(builder)
-    chunk = records(written(MatchLog(INFO, frames)), Chunk)[0]
-    assert zstandard.decompress(chunk.data) == builder.end()
