@@ -7,16 +7,14 @@ import io
 import numpy as np
 import polars as pl
 import pytest
-from conftest import ROOT
-from support.recordings import ALL, RSIM, SSL, imported, recording
+from support.recordings import RSIM, SSL, imported, recording
 from support.tracking import course, events, parquet, read
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.importers.tracking.ball_goals import CONFIDENCE, OURS, Ball, BallGoal, ball_goals
+from pitchlore.pipeline.importers.tracking.ball_goals import CONFIDENCE, Ball, BallGoal, ball_goals
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 
 VSSS = PITCHES[Kind.VSSS]
-STUDY = ROOT / "data" / "studies" / "ball_goals"
 HZ = 60
 #: Times, s, and places, m, of a ball that goes into the goal at +x and lies there.
 SHOT = ((0.0, 0.2, 0.0), (1.0, 0.74, 0.05), (1.1, 0.82, 0.06), (1.6, 0.82, 0.06))
@@ -166,22 +164,3 @@ def test_score_of_nobody() -> None:
 def test_score_of_states(states: tuple[tuple[str], ...], score: tuple[int | None, int | None]) -> None:
     """States count goals from the first kick-off of a match; a recording that begins later has no score."""
     assert events(read(course(*states, columns="game_state")))[-1][3:] == score
-
-
-# --- the study --------------------------------------------------------------------------------------
-
-def test_confidence_is_measured() -> None:
-    """Each confidence is the study's estimate, rounded down to hundredths."""
-    rows = pl.read_csv(STUDY / "kinds.csv")
-    measured = {(crossing, sequel): int(estimate * 100) / 100
-                for crossing, sequel, estimate in rows.select("crossing", "sequel", "estimate").iter_rows()}
-    assert {kind: CONFIDENCE[kind] for kind in CONFIDENCE if kind not in OURS} == {
-        kind: share for kind, share in measured.items() if kind not in OURS}
-
-
-def test_findings_of_the_study() -> None:
-    """The committed study knows all recordings; nearly all goals are found as they were recorded, and few others."""
-    rows = pl.read_csv(STUDY / "found.csv").filter(seen="as recorded")
-    assert len(rows) == 1 + len(ALL)
-    assert rows["recall"].min() >= 0.99  # type: ignore[operator]
-    assert rows["precision"].min() >= 0.99  # type: ignore[operator]
