@@ -66,14 +66,6 @@ class TestGridWorld:
                 paid = [-k, -k] if punished == "both" else [-k * here for here in at_top]
             assert step(game, *positions(state), *pair) == (tuple(after), paid, max(paid) > 0, max(paid) == 10)
 
-    def test_positions_and_states(self):
-        """Positions and states are each other's inverse."""
-        assert [state_of(*positions(state)) for state in range(625)] == list(range(625))
-        game = grid_world(0)
-        for state in (0, 31, 624):
-            (row, column), (other_row, other_column) = positions(state)
-            assert game.own[:, state].tolist() == [5 * row + column - 6, 5 * other_row + other_column - 6]
-
     @pytest.mark.parametrize("wrong", [{"k": -1}, {"k": math.nan}, {"k": math.inf}, {"k": 1, "punished": "none"}])
     def test_bad_settings(self, wrong):
         """Settings out of bounds are refused."""

@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.steps import floats, ints, learn, learned, plays
+from support.steps import floats, ints, learn, learned, plays, values
 
-from pitchlore.pipeline.stages.paradigms.rules import rules
 from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
 from pitchlore.pipeline.stages.paradigms.rules.ivq import IVQ
 from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
-from pitchlore.pipeline.stages.paradigms.rules.rules import rule_number
 
 PAPER = [IQ, JAQ, IVQ]
 
@@ -18,15 +16,6 @@ PAPER = [IQ, JAQ, IVQ]
 def repeated(*steps):
     """Steps of a game of one state, from (actions, rewards)."""
     return [(ints(*[0] * len(a)), ints(*a), floats(*r), 1.0, ints(*[0] * len(a))) for a, r in steps]
-
-
-def values(settings, memory, agent, seen=None, actions=2):
-    agents = memory.q.shape[0]
-    out = np.empty(actions)
-    rules.values(
-        rule_number(settings), memory, settings.params(agents), agent,
-        ints(*(seen or [0] * agents)), out)
-    return out.tolist()
 
 
 def assert_q(memory, *rows):

@@ -7,70 +7,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from support.steps import ACTIONS, AGENTS, OBSERVATIONS, floats, ints, learn, learned, plays, values, vectors
 
+from pitchlore.pipeline.stages.paradigms.rules import rules
 from pitchlore.pipeline.stages.paradigms.rules.distributed import KEPT, Distributed
 from pitchlore.pipeline.stages.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
 from pitchlore.pipeline.stages.paradigms.rules.hysteretic import Hysteretic
 from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
 from pitchlore.pipeline.stages.paradigms.rules.lenient import TEMPERATURE, Lenient
 from pitchlore.pipeline.stages.paradigms.rules.memory import Transition, memory_of
-from pitchlore.pipeline.stages.paradigms.rules.rules import RULES, rule_number
+from pitchlore.pipeline.stages.paradigms.rules.rules import rule_number
 from pitchlore.pipeline.stages.paradigms.rules.selection import ActionSelection, selection_weights
 from pitchlore.pipeline.stages.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
-NAMES = ["iq", "hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
-LEARNERS = [IQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC]
-#: The compiled functions of each.
-iq, hysteretic, fmq, lenient, distributed, wolf_phc = (RULES[rule_number(learner())] for learner in LEARNERS)
-PEERS = [(RULES[rule_number(learner())], learner) for learner in LEARNERS[1:]]
-every_peer = pytest.mark.parametrize(("rule", "learner"), PEERS, ids=NAMES[1:])
 
-AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
-
-
-def ints(*numbers):
-    return np.array(numbers, np.int64)
-
-
-def floats(*numbers):
-    return np.array(numbers, np.float64)
-
-
-def one_state(*steps, agents):
-    """Steps of a repeated team game from (actions, reward) or (actions, reward, coins)."""
+def played(learner, *steps, agents=2):
+    """The memory after steps of a repeated team game: (actions, reward) or (actions, reward, coins) each."""
     still = ints(*[0] * agents)
-    return [
-        (ints(*actions), np.full(agents, float(reward)), floats(*(coins[0] if coins else [0.0] * agents)), still)
-        for actions, reward, *coins in steps
-    ]
-
-
-def learn(rule, learner, steps, *, agents, actions=ACTIONS, observations=1, memory=None):
-    """The memory after steps (actions, rewards, coins, observations that follow), of every agent each.
-
-    All errors of a step are computed before any value moves; every agent starts at observation 0.
-    """
-    params = learner.params(agents)
-    memory = memory or memory_of(learner, agents, observations, actions)
-    s_tm1 = ints(*[0] * agents)
-    for a_tm1, r_t, u_t, s_t in steps:
-        step = Transition(s_tm1, a_tm1, r_t, 1.0, s_t)
-        errors = [
-            rule.error(memory, params, i, step, float(u_t[i])) for i in range(agents)
-        ]
-        for i in range(agents):
-            memory.q[i, s_tm1[i], a_tm1[i]] += params.step_size * errors[i]
-        for i in range(agents):
-            rule.adapt(memory, params, i, step)
-        s_tm1 = s_t
-    return memory
-
-
-def values(rule, learner, memory, agent, observation=0):
-    agents, _, _ = memory.q.shape
-    out = np.empty(memory.q.shape[2])
-    rule.values(memory, learner.params(agents), agent, ints(*[observation] * agents), out)
-    return out
+    return learn(learner, [
+        (still, ints(*actions), np.full(agents, float(reward)), 1.0, still, *coins) for actions, reward, *coins in steps
+    ], agents=agents, actions=ACTIONS)
 
 
 def chances(selection, out, temperature):
@@ -79,28 +35,10 @@ def chances(selection, out, temperature):
     return weights / weights.sum()
 
 
-def greedy(rule, learner, memory, agent, observation=0):
+def greedy(learner, memory, agent):
     """Action of the agent at temperature 0, which must be one."""
-    [done] = np.flatnonzero(chances(ActionSelection.BOLTZMANN, values(rule, learner, memory, agent, observation), 0.0))
+    [done] = np.flatnonzero(chances(ActionSelection.BOLTZMANN, np.array(values(learner, memory, agent)), 0.0))
     return int(done)
-
-
-rewards = st.floats(-30, 30)
-unit = st.floats(0, 1, exclude_max=True)
-
-
-def vectors(elements, dtype):
-    return st.lists(elements, min_size=AGENTS, max_size=AGENTS).map(lambda row: np.array(row, dtype))
-
-
-joint_actions = vectors(st.integers(0, ACTIONS - 1), np.int64)
-plays = st.lists(
-    st.tuples(
-        joint_actions, vectors(rewards, np.float64), vectors(unit, np.float64),
-        vectors(st.integers(0, OBSERVATIONS - 1), np.int64),
-    ),
-    max_size=25,
-)
 
 
 # -- three steps on paper ---------------------------------------------------------------------------------
@@ -109,27 +47,27 @@ plays = st.lists(
 def test_hysteretic_by_hand():
     """The hysteretic learner learns from three steps what was worked by hand."""
     learner = Hysteretic(step_size=0.5, decrease=0.1, discount=0.5)
-    steps = one_state(((0, 0), 10), ((0, 1), -30), ((0, 0), 10), agents=2)
+    steps = ((0, 0), 10), ((0, 1), -30), ((0, 0), 10)
     # 1. both: 10 + .5*0 - 0 = 10;                       q1 = [5, 0], q2 = [5, 0]
     # 2. first: -30 + .5*5 - 5 = -32.5, of which .1/.5 = .2 counts: q1[0] = 5 - .5*6.5 = 1.75
     #    second: -30 + .5*5 - 0 = -27.5, so -5.5:         q2[1] = -2.75
     # 3. first: 10 + .5*1.75 - 1.75 = 9.125;              q1[0] = 1.75 + 4.5625 = 6.3125
     #    second: 10 + .5*5 - 5 = 7.5;                     q2[0] = 5 + 3.75 = 8.75
-    memory = learn(hysteretic, learner, steps, agents=2)
+    memory = played(learner, *steps)
     np.testing.assert_allclose(memory.q[:, 0], [[6.3125, 0, 0], [8.75, -2.75, 0]], rtol=0, atol=1e-12)
-    assert values(hysteretic, learner, memory, 1).tolist() == memory.q[1, 0].tolist()
+    assert values(learner, memory, 1) == memory.q[1, 0].tolist()
 
 
 def test_fmq_by_hand():
     """FMQ with three agents learns from three steps what was worked by hand."""
     learner = FMQ(step_size=0.5, weight=2.0)
-    steps = one_state(((0, 0, 1), 8), ((0, 1, 1), -4), ((0, 1, 0), -4), agents=3)
+    steps = ((0, 0, 1), 8), ((0, 1, 1), -4), ((0, 1, 0), -4)
     # q (discount 0, so the error is r - q), then the greatest reward, how often it came, how often taken:
     # 1. all: 4;  first (0): 8 1/1, second (0): 8 1/1, third (1): 8 1/1
     # 2. first q[0] = 4 + .5*(-4 - 4) = 0, 8 1/2; second q[1] = -2, -4 1/1; third q[1] = 0, 8 1/2
     # 3. first q[0] = 0 + .5*(-4 - 0) = -2, 8 1/3; second q[1] = -2 + .5*(-4 + 2) = -3, -4 2/2;
     #    third q[0] = -2, -4 1/1
-    memory = learn(fmq, learner, steps, agents=3)
+    memory = played(learner, *steps, agents=3)
     assert memory.q[:, 0].tolist() == [[-2, 0, 0], [4, -3, 0], [-2, 0, 0]]
     assert memory.aux[0, 0, 0].tolist() == [8, 1, 3]
     assert memory.aux[1, 0, 1, [GREATEST, HITS, TAKEN]].tolist() == [-4, 2, 2]
@@ -137,7 +75,7 @@ def test_fmq_by_hand():
     # the first -2 + 2*8/3; the second 4 + 2*8 and -3 - 2*4; the third -2 - 2*4 and 0 + 2*8/2
     expected = [[-2 + 16 / 3, 0, 0], [20, -11, 0], [-10, 8, 0]]
     np.testing.assert_allclose(
-        [values(fmq, learner, memory, i) for i in range(3)], expected, rtol=0, atol=1e-12
+        [values(learner, memory, i) for i in range(3)], expected, rtol=0, atol=1e-12
     )
 
 
@@ -146,33 +84,33 @@ def test_lenient_by_hand():
     # leniency ln 2: at temperature 2, 1, .5 an error below 0 is forgiven with probability
     # 1 - 2**-2 = .75, 1 - 2**-1 = .5, 1 - 2**-.5 = .29
     learner = Lenient(step_size=0.5, leniency=math.log(2), temperature=2.0, cooling=0.5)
-    steps = one_state(((0, 0), -8, [0.7, 0.8]), ((0, 1), -8, [0.6, 0.7]), ((0, 0), -2, [0.0, 0.0]), agents=2)
+    steps = ((0, 0), -8, [0.7, 0.8]), ((0, 1), -8, [0.6, 0.7]), ((0, 0), -2, [0.0, 0.0])
     # 1. errors -8: first .7 < .75, forgiven; second .8 > .75, q2[0] = -4; both cool action 0 to 1
     # 2. first .6 > .5, q1[0] = -4, cools to .5; second's action 1 is still at 2: .7 < .75, forgiven, to 1
     # 3. errors -2 + 4 = 2 are not below 0, whatever the coin: q[0] = -4 + 1 = -3; they cool to .25 and .5
-    memory = learn(lenient, learner, steps, agents=2)
+    memory = played(learner, *steps)
     assert memory.q[:, 0].tolist() == [[-3, 0, 0], [-3, 0, 0]]
     assert memory.aux[:, 0, :, TEMPERATURE].tolist() == [[0.25, 2, 2], [0.5, 1, 2]]
-    memory = learn(lenient, learner, steps[:2], agents=2)
+    memory = played(learner, *steps[:2])
     assert memory.q[:, 0].tolist() == [[-4, 0, 0], [-4, 0, 0]]
 
 
 def test_distributed_by_hand():
     """The distributed learner learns in the penalty game what was worked by hand."""
     learner = Distributed()
-    steps = one_state(((2, 2), 10), ((0, 0), 10), ((0, 2), -100), agents=2)
+    steps = ((2, 2), 10), ((0, 0), 10), ((0, 2), -100)
     # 1. q[2] = 10 is the greatest: both keep to 2. 2. q[0] = 10 ties: both still keep to 2, or one of
     # them might do 0 and the other 2. 3. -100 is below both 10s: nothing changes
-    memory = learn(distributed, learner, steps, agents=2)
+    memory = played(learner, *steps)
     assert memory.q[:, 0].tolist() == [[10, 0, 10], [10, 0, 10]]
     assert memory.aux[:, 0, :, KEPT].tolist() == [[0, 0, 1], [0, 0, 1]]
-    assert [greedy(distributed, learner, memory, i) for i in range(2)] == [2, 2]
+    assert [greedy(learner, memory, i) for i in range(2)] == [2, 2]
 
 
 def test_wolf_phc_by_hand():
     """WoLF-PHC learns from three steps what was worked by hand."""
     learner = WoLFPHC(step_size=0.5, winning=0.06, losing=0.24)
-    steps = one_state(((0, 1), 6), ((1, 1), 30), ((1, 1), -12), agents=2)
+    steps = ((0, 1), 6), ((1, 1), 30), ((1, 1), -12)
     # the first agent; policy and mean start at 1/3 each
     # 1. q = [3, 0, 0]. Mean: 1/3. The policy brings no more than its mean: losing, step .24.
     #    Actions 1 and 2 give min(1/3, .12) each:          policy = [1/3 + .24, 1/3 - .12, 1/3 - .12]
@@ -181,7 +119,7 @@ def test_wolf_phc_by_hand():
     # 3. q[1] = 15 - 13.5 = 1.5. Mean moves a third of policy - mean = [0, .18, -.18]:
     #    1/3 + [.12, 0, -.12]. Policy - mean = [0, .12, -.12] brings .18 > 0: winning, step .06.
     #    1 gives .03, and 2, which has 1/3 - .24 = .0933, too: policy = [1/3 + .18, 1/3 + .09, 1/3 - .27]
-    memory = learn(wolf_phc, learner, steps, agents=2)
+    memory = played(learner, *steps)
     assert memory.q[0, 0].tolist() == [3, 1.5, 0]
     third = 1 / 3
     np.testing.assert_allclose(
@@ -193,75 +131,69 @@ def test_wolf_phc_by_hand():
     # the second: q = [0, 3, 0], [0, 16.5, 0], [0, 2.25, 0]: 1 stays the best. Losing at first
     # (equal to the mean), then winning: from 1/3 + .24 by .06 to 1/3 + .30 and 1/3 + .36
     np.testing.assert_allclose(
-        values(wolf_phc, learner, memory, 1), [third - 0.18, third + 0.36, third - 0.18], rtol=0, atol=1e-12
+        values(learner, memory, 1), [third - 0.18, third + 0.36, third - 0.18], rtol=0, atol=1e-12
     )
 
 
 # -- what holds for whatever was played -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("rule", "learner"), PEERS[:3], ids=NAMES[1:4])
+@pytest.mark.parametrize("learner", [Hysteretic(), FMQ(), Lenient()], ids=lambda learner: learner.rule)
 @settings(deadline=None)
-@given(play=plays)
-def test_one_agent_chooses(rule, learner, play):
+@given(play=plays(agents=1))
+def test_one_agent_chooses(learner, play):
     """With one agent the peer chooses as Q-learning does."""
-    alone = [tuple(of_agents[:1] for of_agents in step) for step in play]
-    memory = learn(rule, learner(), alone, agents=1, observations=OBSERVATIONS)
+    memory = learned(learner, play, agents=1)
     for seen in range(OBSERVATIONS):
-        assert values(rule, learner(), memory, 0, seen).tolist() == memory.q[0, seen].tolist()
+        assert values(learner, memory, 0, [seen]) == memory.q[0, seen].tolist()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("rule", "neutral"),
-    [(hysteretic, Hysteretic(discount=0.9, decrease=0.1)), (fmq, FMQ(discount=0.9, weight=0.0)),
-     (lenient, Lenient(discount=0.9, leniency=0.0)), (lenient, Lenient(discount=0.9, cooling=0.0, temperature=0.0))],
-    ids=["patience 1", "weight 0", "leniency 0", "temperature 0"],
-)
+@pytest.mark.parametrize("neutral", [
+    Hysteretic(discount=0.9, decrease=0.1), FMQ(discount=0.9, weight=0.0), Lenient(discount=0.9, leniency=0.0),
+    Lenient(discount=0.9, cooling=0.0, temperature=0.0),
+], ids=["patience 1", "weight 0", "leniency 0", "temperature 0"])
 @settings(deadline=None)
-@given(play=plays)
-def test_neutral_setting(rule, neutral, play):
+@given(play=plays())
+def test_neutral_setting(neutral, play):
     """With the peer's own setting neutral, a team learns as IQ does."""
-    learned = learn(rule, neutral, play, agents=AGENTS, observations=OBSERVATIONS)
-    alone = learn(iq, IQ(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
-    assert learned.q.tobytes() == alone.q.tobytes()
+    memory, alone = learned(neutral, play), learned(IQ(discount=0.9), play)
+    assert memory.q.tobytes() == alone.q.tobytes()
     for i in range(AGENTS):
-        assert values(rule, neutral, learned, i).tolist() == alone.q[i, 0].tolist()
+        assert values(neutral, memory, i) == alone.q[i, 0].tolist()
 
 
 @settings(deadline=None)
 @given(
     game=st.lists(st.sampled_from([-1.7, 0.0, 0.2, 0.4, 0.9, 1.7]), min_size=27, max_size=27),
-    play=st.lists(joint_actions, max_size=40),
+    play=st.lists(vectors(st.integers(0, ACTIONS - 1), np.int64), max_size=40),
 )
 def test_distributed_agreement(game, play):
     """Distributed agents agree on the joint action that was best first."""
     # whatever ties with it later, and however x + (r - x) was rounded: all saw the greatest value rise at once
     payoff = np.array(game).reshape((ACTIONS,) * AGENTS)
     won = [payoff[tuple(joint)] for joint in play]
-    learner = Distributed()
-    steps = one_state(*zip(play, won, strict=True), agents=AGENTS)
-    memory = learn(distributed, learner, steps, agents=AGENTS)
+    memory = played(learner := Distributed(), *zip(play, won, strict=True), agents=AGENTS)
     if max(won, default=0.0) > 0.0:
         best_first = play[int(np.argmax(won))].tolist()
-        assert [greedy(distributed, learner, memory, i) for i in range(AGENTS)] == best_first
+        assert [greedy(learner, memory, i) for i in range(AGENTS)] == best_first
 
 
 def test_distributed_rounding():
     """The distributed learner does not take rounding for news."""
     # .2 + (.9 - .2) falls short of .9: when another action then brings .9 from 0, nothing rose
     assert 0.2 + (0.9 - 0.2) < 0.9
-    steps = one_state(((0, 0), 0.2), ((0, 1), 0.9), ((2, 2), 0.9), agents=2)
-    memory = learn(distributed, Distributed(), steps, agents=2)
-    assert [greedy(distributed, Distributed(), memory, i) for i in range(2)] == [0, 1]
+    steps = ((0, 0), 0.2), ((0, 1), 0.9), ((2, 2), 0.9)
+    memory = played(Distributed(), *steps)
+    assert [greedy(Distributed(), memory, i) for i in range(2)] == [0, 1]
 
 
 @settings(deadline=None)
-@given(play=plays, winning=st.floats(0.001, 1), ratio=st.floats(1, 4))
+@given(play=plays(), winning=st.floats(0.001, 1), ratio=st.floats(1, 4))
 def test_wolf_phc_distribution(play, winning, ratio):
     """WoLF-PHC's policy and its mean stay distributions."""
     learner = WoLFPHC(winning=winning, losing=min(1.0, winning * ratio), discount=0.9)
-    memory = learn(wolf_phc, learner, play, agents=AGENTS, observations=OBSERVATIONS)
+    memory = learned(learner, play)
     for plane in (POLICY, MEAN):
         policies = memory.aux[..., plane]
         assert policies.min() >= 0.0
@@ -276,11 +208,11 @@ def test_lenient_forgiveness(temperature, leniency):
     memory, params, still = memory_of(learner, 2, 1, ACTIONS), learner.params(2), ints(0, 0)
     coins = (np.arange(500) + 0.5) / 500
     worse, better = (Transition(still, still, floats(r, r), 1.0, still) for r in (-1, 0.01))
-    errors = [lenient.error(memory, params, 0, worse, float(u)) for u in coins]
+    errors = [rules.error(rule_number(learner), memory, params, 0, worse, float(u)) for u in coins]
     assert errors.count(0.0) / 500 == pytest.approx(1 - math.exp(-leniency * temperature), abs=1 / 500)
     assert set(errors) <= {0.0, -1.0}
     # and never good news
-    assert lenient.error(memory, params, 0, better, 0.0) == 0.01
+    assert rules.error(rule_number(learner), memory, params, 0, better, 0.0) == 0.01
 
 
 @pytest.mark.parametrize(

@@ -102,10 +102,6 @@ class TestTrees:
             unknown, known = trees.logits(ours, np.array([[np.nan], [0.0]], dtype=np.float32))
             assert (unknown > known) == scores[0]
 
-    def test_twice(self):
-        """The same moments give the same trees."""
-        assert same_fit(self.grown()[-1], self.grown()[-1])
-
 
 class TestModels:
     @BOTH

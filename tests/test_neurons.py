@@ -15,7 +15,7 @@ from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.neurons import distances, neurons
 from pitchlore.pipeline.stages.behaviours.rounds import learn
 from pitchlore.pipeline.stages.behaviours.select import select
-from pitchlore.pipeline.stages.behaviours.som import SelfOrganisingMap, train_map
+from pitchlore.pipeline.stages.behaviours.som import SelfOrganisingMap
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.schemas import Neurons
 
@@ -65,16 +65,6 @@ def test_as_selected():
     for row in chosen.patterns.iter_rows(named=True):
         assert on[str((row["role"], row["codes"]))] == row["neuron"]
     assert select(table(), 100, ANY, RoundSettings(n=2, rows=1, columns=2, activation=0.1)).neurons.is_empty()
-
-
-def test_errors_are_the_maps():
-    """The errors are those of training."""
-    codes, counts = np.array([[1], [11], [44], [46], [184]], dtype=np.int16), np.array([5, 2, 9, 1, 30])
-    som = train_map(codes, counts, 2, 2, epochs=3, seed=0, sigma_end=0.5)
-    grams = pl.DataFrame({"count": counts, "value_sum": np.zeros(5)})
-    found = neurons(som, np.zeros(5, dtype=np.int64), grams, np.ones(4, dtype=bool))
-    assert found["quantisation_error"].unique().to_list() == [som.quantisation_error]
-    assert found["prototype"].to_list() == som.weights.tolist()
 
 
 @pytest.mark.slow

@@ -142,17 +142,6 @@ def test_literal_loop(learner, game):
             np.testing.assert_allclose(memory.occurrence, occurrence, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.slow
-def test_long_run():
-    """A long run equals the literal loop."""
-    training = Training(16 * 0.999 ** np.arange(7_000))
-    for settings in (IQ(), IVQ(bracket="outside", discount=0.9, opinion_discount=None), JAQ()):
-        played = play_runs(matrix.climbing(), settings, training, runner.Testing(), runs=range(2), seeds=SEEDS)
-        for run in range(2):
-            expected = literal.play(stream(SEEDS, run), GAMES["climbing"][1], settings, training, runner.Testing())
-            assert played.last[run] == index_of(matrix.climbing(), expected.last)
-
-
 def test_broken_off_episode():
     """An episode that is broken off has not ended."""
     # every step of the grid is an episode, broken off: what follows is still counted

@@ -78,28 +78,6 @@ def test_goal():
     assert report.tables["full36"]["goalkeeper"].first_error is None
 
 
-def test_sweeps():
-    """More sweeps leave less error and count visits once."""
-    known = occasions(("striker", 5, GUIDE), ("striker", 7, KICK))
-    match = decisions(("striker", 5, GUIDE, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0))
-    table, report = train([match], known, None, PolicySettings(sweeps=50), 1, 1)
-    assert report.tables["full36"]["striker"].last_error < report.tables["full36"]["striker"].first_error
-    assert table["visits"].to_list() == [1, 1]
-
-
-def test_known_pairs():
-    """Only pairs that the knowledge holds are trained."""
-    # the same behaviour in another state, and another behaviour in the state, are not in it
-    match = decisions(
-        ("striker", 7, KICK, 0.0, None, 0),
-        ("striker", 8, KICK, 0.0, None, 0),
-        ("striker", 7, GUIDE, 1.0, "terminal", 0),
-    )
-    table, report = train([match], occasions(("striker", 7, KICK)), None, PLAIN, 1, 1)
-    assert values(table) == {("striker", 7, KICK): 1.0}
-    assert (report.decisions, report.transitions) == (3, 1)
-
-
 def test_new_behaviour():
     """A new behaviour starts with the parent's best value in its state, else with its occasion's."""
     known = occasions(
@@ -118,14 +96,6 @@ def test_new_behaviour():
         ("striker", 8, KICK): 0.125,  # the parent knows nothing in state 8: the occasion says
     }
     assert (report.pairs, report.new_pairs) == (4, 2)
-
-
-def test_role_change():
-    """Value follows a robot whose role changes."""
-    known = occasions(("striker", 5, KICK), ("goalkeeper", 6, BLOCK))
-    match = decisions(("goalkeeper", 6, BLOCK, 0.0, None, 0), ("striker", 5, KICK, 1.0, "terminal", 0))
-    table, _ = train([match], known, None, PLAIN, 1, 1)
-    assert values(table) == {("goalkeeper", 6, BLOCK): 1.0, ("striker", 5, KICK): 1.0}
 
 
 def test_random_moves():

@@ -2,8 +2,6 @@
 
 import polars as pl
 import pytest
-from conftest import ROOT
-from harness import settings_of
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.recipe import Recipe
@@ -23,8 +21,6 @@ from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, Growth, Matches, Occasions, Policies
 
 pytestmark = pytest.mark.slow
-
-STUDIES = ROOT / "data" / "studies"
 
 
 def season(base="paper", seed=1, opponent="static", **more):
@@ -266,72 +262,6 @@ def test_paper_settings():
     for opponent, lead in (("static", 100), ("human-like", 0)):
         own = Season(name="paper", opponent=opponent, seed=1, settings=paper)
         assert [own.lead(game) for game in (10, 11, 35)] == [0, lead, lead]
-
-
-#: What each ablation changes, by the name of its settings; those of the paper are played against one team.
-ABLATIONS = {
-    "looking-all": {"pipeline.policies.appraisals.codes"},
-    "looking-imitates": {"pipeline.policies.appraisals.codes", "pipeline.policies.appraisals.watched",
-                         "pipeline.grams.watched_s"},
-    "looking-late": {"camera.latency_s", "camera.position_noise", "predict_s"},
-    "looking-all-late": {"camera.latency_s", "camera.position_noise", "predict_s", "pipeline.policies.appraisals.codes"},
-    "looking-held": {"explore", "explore_last", "explore_s", "pipeline.policies.appraisals.codes"},
-    "looking-held-late": {"camera.latency_s", "camera.position_noise", "predict_s", "explore", "explore_last", "explore_s",
-                          "pipeline.policies.appraisals.codes"},
-    "paper-full35": {"pipeline.knowledge.state_key", "opponents"},
-    "paper-level": {"lead", "opponents"},
-    "best-begin-all": {"clock.begin_ended"},
-    "best-bold": {"lcb_weight"},
-    "best-both-teams": {"pipeline.sides.watch", "pipeline.sides.pools.both"},
-    "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
-    "best-each-decision": {"pipeline.policies.traces"},
-    "best-grams": {"pipeline.behaviours.rounds"},
-    "best-in-games": {"practice", "explore_counted", "pipeline.policies.last_matches"},
-    "best-influence": {"pipeline.policies.rule"},
-    "best-no-interrupts": {"clock.interrupts"},
-    "best-no-least-time": {"clock.least_s"},
-    "best-one-match": {"practice", "pipeline.policies.last_matches"},
-    "best-optimistic": {"pipeline.policies.new_pairs"},
-    "best-paper-clock": {"clock.least_s", "clock.interrupts", "clock.begin_ended"},
-    "best-random-tries": {"posterior_std", "explore", "explore_last"},
-    "best-short-traces": {"pipeline.policies.trace_decay"},
-    "best-states": {"pipeline.knowledge.state_key", "pipeline.knowledge.backoff", "min_visits"},
-    "paper-literal": {f"pipeline.behaviours.{name}" for name in ("share_of", "support_at_least", "keep_random")},
-    "paper-vary-alpha-high": {"pipeline.grams.alpha"},
-    "paper-vary-alpha-low": {"pipeline.grams.alpha"},
-    "paper-vary-explore-more": {"explore", "explore_last"},
-    "paper-vary-explore-none": {"explore", "explore_last"},
-    "paper-vary-lead-small": {"lead", "opponents"},
-    "paper-vary-maps-large": {"pipeline.behaviours.rounds"},
-    "paper-vary-maps-small": {"pipeline.behaviours.rounds"},
-    "paper-vary-random-long": {"pipeline.situations.random_longest_s"},
-    "paper-vary-random-short": {"pipeline.situations.random_longest_s"},
-}
-
-
-def flat(settings, path=""):
-    """Settings by the path of their names."""
-    for name, value in settings.items():
-        if isinstance(value, dict):
-            yield from flat(value, f"{path}{name}.")
-        else:
-            yield f"{path}{name}", value
-
-
-def test_settings_names():
-    """The settings that come along are those that people play; each other one is a study's, and its difference is listed."""
-    assert set(names()) == {"paper", "paper-literal", "best", "best-in-games", "looking", "looking-held"}
-    studies = {path.stem for path in STUDIES.glob("*/*.toml")}
-    assert studies | set(names()) == {"paper", "best", "looking", *ABLATIONS}
-    assert not studies & set(names())
-
-
-@pytest.mark.parametrize("ablation", ABLATIONS)
-def test_ablation(ablation):
-    """An ablation changes the settings that are listed for it and no others."""
-    base = dict(flat(named_settings(ablation.split("-")[0]).model_dump()))
-    mine = dict(flat(settings_of(ablation).model_dump()))
-    assert {name for name in mine | base if mine.get(name) != base.get(name)} == ABLATIONS[ablation]
 
 
 def test_exploration():

@@ -335,8 +335,3 @@ def test_goals_and_leads():
     (row,) = seasons_played(games).iter_rows(named=True)
     assert (row["lead"], row["seeds"], row["games"], row["minutes"]) == ("0; from game 11: 5", "4", "35", 8.0)
     assert table3.CHANGE == 11
-
-
-def test_rising_and_evolving():
-    """The shares made for these tests rise from game 2 on, or are there from game 11 on."""
-    assert [rising(0)(1), rising(0)(2), evolving(0)(10), evolving(0)(11)] == [0.0, 0.2, 0.0, 3.0]

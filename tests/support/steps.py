@@ -1,7 +1,5 @@
 """Steps of learning by hand: what a team of a rule knows after transitions that a test chooses."""
 
-import itertools
-
 import numpy as np
 from hypothesis import strategies as st
 
@@ -21,7 +19,10 @@ def floats(*numbers):
 
 
 def learn(settings, steps, *, agents=2, actions=2, observations=1):
-    """The memory after steps (seen, done, rewards, continues, seen next), of every agent each."""
+    """The memory after steps (seen, done, rewards, continues, seen next), of every agent each.
+
+    A sixth part of a step is the agents' coins, which are 0.5 without it.
+    """
     rule, params = rule_number(settings), settings.params(agents)
     memory = memory_of(settings, agents, observations, actions)
 
@@ -29,10 +30,10 @@ def learn(settings, steps, *, agents=2, actions=2, observations=1):
         done = jaq.joint_index(a, actions) if settings.JOINT else a[agent]
         memory.q[agent, s[agent], done] += params.step_size * error
 
-    for step in itertools.starmap(Transition, steps):
-        errors = []
+    for *parts, coins in (step if len(step) == 6 else (*step, [0.5] * agents) for step in steps):
+        step, errors = Transition(*parts), []
         for i in range(agents):
-            errors.append(rules.error(rule, memory, params, i, step, 0.5))
+            errors.append(rules.error(rule, memory, params, i, step, float(coins[i])))
             if settings.order == "in turn":
                 move(i, errors[i], step.s_tm1, step.a_tm1)
         if settings.order == "simultaneous":
@@ -41,6 +42,14 @@ def learn(settings, steps, *, agents=2, actions=2, observations=1):
         for i in range(agents):
             rules.adapt(rule, memory, params, i, step)
     return memory
+
+
+def values(settings, memory, agent, seen=None):
+    """Worth of an agent's actions to it where agents see these observations; without, the first."""
+    agents, _, actions = memory.occurrence.shape
+    out = np.empty(actions)
+    rules.values(rule_number(settings), memory, settings.params(agents), agent, ints(*(seen or [0] * agents)), out)
+    return out.tolist()
 
 
 def vectors(elements, dtype, size=AGENTS):
