@@ -254,10 +254,11 @@ def test_no_prefect(tmp_path):
     """No module of a command loads Prefect, and none of the engine, the views or the face; nor does a run by the engine."""
     (tmp_path / "inbox").mkdir()
     clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
-    script = ("import pkgutil, sys, importlib, pitchlore.flows.commands, pitchlore.pipeline as pipeline\n"
+    script = ("import importlib, pkgutil, re, sys, pitchlore.flows.commands\n"
               "from pathlib import Path\n"
               "from pitchlore.pipeline import engine, face, views\n"
               "from pitchlore.flows.work import run\n"
+              "from pitchlore.pipeline.base.errors import NotFound\n"
               "for room in (pitchlore.flows.commands, engine, face, views):\n"
               "    for found in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
               "        try:\n"
