@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from conftest import clip
 from mcap.reader import make_reader
 from support.football import NEEDS_KLOPPY
 from support.handmade import derived, handmade
@@ -34,8 +35,6 @@ SECONDS = 40.0
 @cache
 def content() -> ExportedMatch:
     """The sample's first 40 s, with a height of the ball at one sample."""
-    from conftest import clip
-
     match = read(clip(0.0, SECONDS).write_csv())
     match = replace(match, heights=Heights(match.frames.t_ns[100:101], np.float32([0.25])))
     return ExportedMatch(handmade(log=match, **derived(match)))
@@ -282,8 +281,6 @@ def test_rerun(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_command(call, tmp_path: Path) -> None:
     """The command writes what the format names, says what reads it, and says what is missing."""
-    from conftest import clip
-
     clip(0.0, 20.0).write_csv(tmp_path / "derby.csv")
     data = tmp_path / "data"
     assert call("import", tmp_path / "derby.csv", "--data", data)[0] == 0

@@ -9,6 +9,7 @@ import sys
 import minari
 import polars as pl
 import pytest
+from conftest import clip
 from polars.testing import assert_frame_equal
 from support.league import bring
 from support.played import policy
@@ -32,8 +33,6 @@ ID = "derby/decisions-v0"
 @pytest.fixture(scope="module")
 def league(tmp_path_factory):
     """A played match with logged decisions and a recorded one, and a version of the knowledge."""
-    from conftest import clip
-
     folder = tmp_path_factory.mktemp("datasets")
     store = Store(folder / "data")
     known = PolicyTables(policy(*((role, 0, codes, 0.5) for role in ROLES for codes in ("046-044-021", "194"))))

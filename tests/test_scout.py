@@ -24,9 +24,10 @@ from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.sources import team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
-from pitchlore.pipeline.views.scout.facts import by_lead, over_matches
+from pitchlore.pipeline.views.scout.facts import Numbers, by_lead, over_matches
 from pitchlore.pipeline.views.scout.gallery import clips, ranked
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pitchlore.schemas import Passes, Shots
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -97,8 +98,6 @@ def test_by_evidence():
 
 def test_one_match_has_no_interval():
     """A mean of one match has no interval; that of two has."""
-    from pitchlore.pipeline.views.scout.facts import Numbers
-
     one = Numbers(0.5, 0.5, 3, 0, 2, 0, 1, 4, 5, 6)
     found = over_matches([(one, 1.0)])
     assert (found["passes"].mean, found["passes"].low) == (30.0, None)
@@ -164,8 +163,6 @@ def test_numbers_are_those_of_the_tables(store, pages):
     """A match's page says what the public tables say."""
     match = next(iter(store.receipts("matches"))).name
     events = store.receipt("events", match)
-    from pitchlore.schemas import Passes, Shots
-
     shown = text_of(pages, f"matches/{match}.html")
     for label, schema in (("shots on target", Shots), ("passes that arrive", Passes)):
         rows = store.read_table(events, schema.NAME, schema)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+
+import numpy as np
 import polars as pl
 import pytest
 
@@ -137,8 +140,6 @@ def test_a_run_in_two_stretches():
 
 def test_goals_of_a_match(store):
     """Goals from shots are as many as the table shots says; JSON gives them back."""
-    import json
-
     for match in played(store):
         goals = goals_of(match)
         assert again(json.loads(json.dumps(goals))) == goals
@@ -181,8 +182,6 @@ def test_no_change_is_known():
 
 def test_chance_is_held():
     """Control: of counts of one rate, at most 5 % are called larger than chance."""
-    import numpy as np
-
     pairs = np.random.default_rng(0).poisson(20, (2_000, 2)).tolist()
     assert sum(change_of_count(*pair, (1.0, 1.0)).beyond for pair in pairs) / 2_000 < 0.06
 
