@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
 from dataclasses import fields
 from typing import get_args, get_type_hints
 
 import polars as pl
 import pytest
 from conftest import ROOT, clip
-from support.processes import pitchlore
 from support.receipts import put_receipt, receipt_at
 
 from pitchlore.flows.cli import COMMANDS
@@ -337,15 +335,6 @@ def test_no_traceback_without_debug(call, finished, monkeypatch):
     assert err == ("pitchlore: Unexpected ZeroDivisionError: division by zero. "
                    "Run again with --debug and report what it says.\n")
     assert "Traceback" in call("kb", "list", "--data", finished, "--debug")[2]
-
-
-def test_data_from_environment(finished):
-    """The data folder can come from PITCHLORE_DATA."""
-    done = subprocess.run(
-        pitchlore("kb", "list", "--json"),
-        env={**os.environ, "PITCHLORE_DATA": str(finished)}, capture_output=True, text=True, check=True,
-    )
-    assert json.loads(done.stdout)[0]["version"] == 1
 
 
 def test_bad_schedule(call, tmp_path):

@@ -76,16 +76,6 @@ def test_the_same_at_places(at_places):
 
 
 @pytest.mark.slow
-def test_nothing_new(at_places):
-    """A run that finds all done worked on no output; at most it opened recordings that are too young to be known."""
-    data, _ = at_places["threads:2"]
-    again = run(data)
-    assert set(again.costs) <= {"matches"}
-    assert all(cost.bytes_out == 0 for cost in again.costs.values())
-    assert again.made == 0
-
-
-@pytest.mark.slow
 def test_failed_piece(tmp_path, clips, monkeypatch):
     """A piece that fails has cost something, too; no later stage has a piece."""
     def refuse(*_: object) -> None:

@@ -26,7 +26,7 @@ from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
 from pitchlore.pipeline.store import Store
 
-SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
+SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 3'
 
 
 def run(store: Store) -> str:
