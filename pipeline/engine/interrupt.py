@@ -52,6 +52,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         yield lambda: False
         return
     pressed = False
+    _goes_on.clear()
 
     def interrupt(_number: int, frame: FrameType | None) -> None:
         nonlocal pressed
@@ -103,7 +104,8 @@ def until_stopped() -> Iterator[Callable[[], bool]]:
     try:
         yield lambda: stopped
     finally:
-        _goes_on.clear()
+        if not stopped:  # else the command ends now, and the watch may not have heard yet of what stops it
+            _goes_on.clear()
         for number, handler in before.items():
             signal.signal(number, handler)
 
