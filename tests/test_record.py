@@ -20,9 +20,8 @@ from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import _nothing_logged
 from pitchlore.pipeline.engine.record import match_log
-from pitchlore.pipeline.engine.recordings import PLAYING
+from pitchlore.pipeline.engine.recordings import PLAYING, _nothing_logged
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches
 
