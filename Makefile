@@ -11,7 +11,7 @@ LOCKED := $(VENV)/.locked-$(VERSION)
 PRODUCT := $(VENV)/.product-$(VERSION)
 READY := $(VENV)/.ready-$(VERSION)
 PIP := $(BIN)/python -m pip install --disable-pip-version-check --no-deps
-# A file's tests share fixtures, so they run on one worker, in the order of tests/conftest.py.
+# Which tests run on one worker, and in which order, says tests/conftest.py.
 TESTS := $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 DEMO_DATA ?= data
 STUDY_DATA ?= data

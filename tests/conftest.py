@@ -63,6 +63,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (item.path.name != FIRST, of_file[item.path]))
 
 
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """A file's tests share fixtures, so a worker takes whole files, and all files that need Prefect's server at once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            path = nodeid.partition("::")[0]
+            return "prefect" if "prefect_server" in (ROOT / path).read_text(encoding="utf-8") else path
+
+    return Scheduling(config, log)
+
+
 def pytest_xdist_auto_num_workers() -> int:
     """One more worker than cores: often tests wait."""
     return cores() + 1
