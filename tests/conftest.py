@@ -43,6 +43,11 @@ TIERS = ("prefect", "slow", "unit")
 #: Fixtures that run every stage, or draw all pages.
 WHOLE = {"finished", "pages"}
 
+#: Files whose tests start many processes, play, or read whole recordings: as slow as those that say so.
+LONG = {f"test_{name}.py" for name in (
+    "catalog", "chances", "commands", "drive", "following", "groups", "hostile", "importers_ssl_fuzz", "importers_ssl_peer",
+    "incremental", "recovery", "scout_maps", "scout_policies", "season_flow", "showing", "watch")}
+
 #: While a worker compiles what the arena needs, in this file's tests, the other compiles what the stages need.
 FIRST = "test_play.py"
 
@@ -56,7 +61,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     of_file: dict[Path, int] = {}
     for item in items:
         needs = set(getattr(item, "fixturenames", ()))
-        slow = item.get_closest_marker("slow") or needs & WHOLE
+        slow = (item.get_closest_marker("slow") or needs & WHOLE or item.path.name in LONG
+                or item.path.parent.name == "studies")
         tier = "slow" if slow else "prefect" if "prefect_server" in needs else "unit"
         item.add_marker(tier)
         of_file[item.path] = min(TIERS.index(tier), of_file.get(item.path, len(TIERS)))
