@@ -101,8 +101,7 @@ class Bench:
             sum(1 for path in self.data.rglob("*") if path.is_file()))
 
     def _databases(self) -> list[Path]:
-        return [
-            path for path in (self.home / "prefect.db", self.data / "server" / "prefect.db") if path.exists()]
+        return [*self.home.glob("prefect*.db"), *(self.data / "server").glob("prefect-*.db")]
 
     def _database(self) -> int:
         return sum(path.stat().st_size for path in self._databases())
