@@ -67,19 +67,6 @@ class TestOff:
         assert seen is bodies
         assert visible.tolist() == [True] * 3
 
-    def test_draws_nothing(self):
-        """A camera that is off draws no random numbers."""
-        rng = np.random.default_rng(5)
-        eye = Camera(CameraSettings(), VSSS, 3, HZ, rng)
-        for bodies in standing(10, robots=3):
-            eye.see(bodies)
-        assert rng.bit_generator.state == np.random.default_rng(5).bit_generator.state
-
-    def test_smoothing_alone(self):
-        """Smoothing alone does not switch the camera on."""
-        assert CameraSettings(smoothing_s=1.0).off
-        assert not TYPICAL.off
-
     @pytest.mark.parametrize("bad", [{"position_noise": -1}, {"robot_unseen": 1.0}, {"latency_s": -0.1},
                                      {"smoothing_s": 0.0}, {"fog": 1}])
     def test_refuses(self, bad):
@@ -129,14 +116,6 @@ class TestNoise:
         assert one[0].tobytes() == other[0].tobytes()
         assert one[1].tobytes() == other[1].tobytes()
         assert one[0].tobytes() != third[0].tobytes()
-
-    def test_true_bodies(self):
-        """The camera does not change the true bodies."""
-        match = straight(30)
-        before = match.copy()
-        film(camera(**TYPICAL.model_dump()), match)
-        assert (match == before).all()
-
 
 class TestLatency:
     @given(st.integers(1, 10), st.integers(1, 30))

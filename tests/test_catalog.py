@@ -6,8 +6,8 @@ import duckdb
 import pytest
 from support.outputs import put_goal
 
-from pitchlore.pipeline.base.errors import BadQuery, NotFound
-from pitchlore.pipeline.engine.catalog import catalog_path, refresh
+from pitchlore.pipeline.base.errors import BadQuery
+from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.schemas import PUBLIC
@@ -132,9 +132,3 @@ def test_moved_folder(tmp_path):
     refresh(Store(tmp_path / "a"))[0]
     (tmp_path / "a").rename(tmp_path / "b")
     assert ask(refresh(Store(tmp_path / "b"))[0], "select count(*) from goals").item() == 1
-
-
-def test_no_catalogue(tmp_path):
-    """Without a catalogue the error names the command to run."""
-    with pytest.raises(NotFound, match="Run `pitchlore run` first"):
-        ask(catalog_path(Store(tmp_path)), "select 1")

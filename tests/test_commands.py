@@ -87,19 +87,6 @@ def test_commands_in_a_store(tmp_path):
     assert rows_of(store) == []
 
 
-def test_own_log(tmp_path):
-    """The log that was made of a recording is the same match in another data folder, with its commands."""
-    store, other = Store(tmp_path / "data"), Store(tmp_path / "other")
-    receipt, _ = import_recording(store, recording(tmp_path, "new.rcg", 4))
-    copy = tmp_path / "copy.mcap"
-    copy.write_bytes(store.read(receipt, "log"))
-    there, new = import_recording(other, Recording(file=copy))
-    assert new
-    assert there.name == receipt.name
-    for role in ("log", "commands"):
-        assert there.files[role].sha256 == receipt.files[role].sha256
-
-
 def test_old_catalogue(old):
     """A catalogue without the table is made anew, though no file has changed."""
     assert rows_of(old) == []

@@ -143,15 +143,15 @@ def test_shot():
     assert row["angle"] == pytest.approx(2 * math.atan(0.2 / 0.75), abs=0.03)
 
 
-@pytest.mark.parametrize(("ball", "robots", "outcome"), [
-    ([*SHOT[:2], (1.75, 0.6, 0), (4, 0.6, 0)], {(AWAY, 0): (0.67, 0.0)}, "saved"),
-    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0)], {(AWAY, 1): (0.26, 0.0)}, "blocked"),
-    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0)], {(HOME, 2): (0.26, 0.0)}, "own"),
-    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0.3)], {}, "missed"),
+@pytest.mark.parametrize(("ball", "robots", "outcome", "by"), [
+    ([*SHOT[:2], (1.75, 0.6, 0), (4, 0.6, 0)], {(AWAY, 0): (0.67, 0.0)}, "saved", 0),
+    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0)], {(AWAY, 1): (0.26, 0.0)}, "blocked", 1),
+    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0)], {(HOME, 2): (0.26, 0.0)}, "own", None),
+    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0.3)], {}, "missed", None),
 ])
-def test_outcome(ball, robots, outcome):
-    """The outcome of a shot is what happened next."""
-    assert shot(ball, SHOOTER | robots, SCORED[:1])["outcome"].to_list()[:1] == [outcome]
+def test_outcome(ball, robots, outcome, by):
+    """The outcome of a shot is what happened next; one that an adversary stops has its number."""
+    assert shot(ball, SHOOTER | robots, SCORED[:1]).select("outcome", "by").row(0) == (outcome, by)
 
 
 def test_deflected():
@@ -177,13 +177,6 @@ def test_one_shot_a_goal():
     robots = SHOOTER | {(AWAY, 1): (0.14, 0.08)}
     assert shot(slow, robots, scored)["outcome"].to_list() == ["goal"]
     assert shot(slow, robots, SCORED[:1]).is_empty(), "the control: without a goal it is no shot"
-
-
-def test_stopped_by():
-    """A shot that an adversary stops has its number; another shot has none."""
-    keeper = SHOOTER | {(AWAY, 0): (0.67, 0.0)}
-    assert shot([*SHOT[:2], (1.75, 0.6, 0), (4, 0.6, 0)], keeper, SCORED[:1])["by"].to_list() == [0]
-    assert shot()["by"].to_list() == [None]
 
 
 def past(to_y, seconds=1.0, **changes):

@@ -27,7 +27,7 @@ from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
-from pitchlore.pipeline.importers import packing, readers, source
+from pitchlore.pipeline.importers import readers, source
 from pitchlore.pipeline.importers.football.providers import PROVIDERS
 from pitchlore.pipeline.importers.readers import READERS, open_source, read
 from pitchlore.pipeline.store import Store
@@ -149,15 +149,6 @@ def test_inflate() -> None:
         source.inflate(packed[:11], "a.gz")
 
 
-@pytest.mark.parametrize(("ratio", "megabytes"), [(100, 1000), (10_000, 1)])
-def test_decompression_bomb(ratio: int, megabytes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A decompression bomb is refused."""
-    bomb = gzip.compress(bytes(100 << 20), compresslevel=1)
-    monkeypatch.setattr(packing, "MAX_RATIO", ratio)
-    with pytest.raises(BadRecording, match=r"^bomb\.gz: unpacks to more than"):
-        source.inflate(bomb, "bomb.gz", megabytes)
-
-
 @pytest.mark.parametrize(
     ("name", "slug"),
     [
@@ -256,15 +247,6 @@ def test_opened_once(
         assert (is_new, receipt.inputs) == (new, {"source": identity})
         inflated = times + 2 * streamed
         assert (len(reads), sum(hashes), CountedStream.inflated) == (times, times, inflated * len(content))
-
-
-def test_gzipped_log_of_ours(tmp_path: Path) -> None:
-    """A gzipped log of ours is the match that is already there."""
-    store = Store(tmp_path / "data")
-    (tmp_path / "derby.mcap").write_bytes(FILES["mcap/whole.mcap"]())
-    (tmp_path / "derby.mcap.gz").write_bytes(gzip.compress(FILES["mcap/whole.mcap"]()))
-    receipt, _ = import_recording(store, Recording(file=tmp_path / "derby.mcap"))
-    assert import_recording(store, Recording(file=tmp_path / "derby.mcap.gz")) == (receipt, False)
 
 
 def test_hopeless_gzip(tmp_path: Path) -> None:

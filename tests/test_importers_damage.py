@@ -200,10 +200,5 @@ def test_events_of_the_sample() -> None:
 
 def test_heading_not_a_number() -> None:
     """A heading that is no number is taken for missing, and a flaw says so."""
-    text = "frame,t,team,player,x,y,heading\n" + "".join(
-        f"{i},{i / 10},{team},{player},0.1,0.1,{'abc' if i == 3 and team == 'a' else 0.5 if player else ''}\n"
-        for i in range(6) for team, player in (("a", 1), ("b", 1), ("ball", ""))
-    )
-    log = read(text)
-    reported = log.quality.filter(pl.col("flaw") == "not a number")
+    reported = read(f"{HEADER}\n{FRAME.replace('-3.0', 'abc')}").quality.filter(flaw="not a number")
     assert reported.select("team", "robot", "count", "note").rows() == [("home", 1, 1, "heading taken for missing")]

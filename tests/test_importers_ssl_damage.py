@@ -239,12 +239,6 @@ def test_a_bomb_in_zstd(monkeypatch: pytest.MonkeyPatch) -> None:
         open_source(bomb, "x.log", ImportSettings(megabytes=6))
 
 
-def test_too_many_messages() -> None:
-    """A log with more messages than the limit is refused."""
-    with pytest.raises(BadRecording, match="more than 50 messages, more than the limit rows = 50"):
-        read(open_source(log(WHOLE), "x.log", ImportSettings(rows=50)))
-
-
 @pytest.mark.slow
 def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The survey of a log four times as long needs no more memory; its import needs what a sample's times take.

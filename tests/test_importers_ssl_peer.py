@@ -17,14 +17,13 @@ import pytest
 from conftest import ROOT
 from support import ssl_messages as ssl
 from support.recordings import SSL, imported, recording
+from support.ssl_games import ordered
 
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.matches.frame import MatchLog, wrap
 from pitchlore.schemas import AWAY, HOME
 
 PEER = ROOT / ".venv-counterparts" / "bin" / "python"
-#: Seconds by which camera 1 captures later than camera 0.
-LATER_S = 0.003
 #: Noise of each detection: uniform up to so much, millimetres and radians.
 NOISE_MM, NOISE_RAD = 4.0, 0.02
 OVERLAP_MM = 1_000.0
@@ -39,18 +38,18 @@ class Written(NamedTuple):
     truth: pl.DataFrame
 
 
-def write(path: Path, cameras: tuple[pl.DataFrame, pl.DataFrame], later: float = 0.0, *, legacy: bool = False) -> bytes:
-    """The log of a table: the bodies when camera 0 captures them and when camera 1 does, ``later`` seconds after."""
+def write(path: Path, table: pl.DataFrame, *, legacy: bool) -> bytes:
+    """The log of a table, by two cameras that capture at once."""
     if not PEER.exists():
         pytest.skip("sslclient is not installed: make counterparts")
     rng = np.random.default_rng(8)
     lines: list[dict[str, object]] = []
-    for camera, table in enumerate(cameras):
+    for camera in (0, 1):
         seen = table.filter(pl.col("x") * (-1000, 1000)[camera] >= -OVERLAP_MM)
         # a camera sends a frame also if it sees nobody
         whole = table.select("frame", "t").unique().join(seen, on=["frame", "t"], how="left").sort("frame")
         for (frame, t), rows in whole.group_by("frame", "t", maintain_order=True):
-            captured = EPOCH + t + camera * later
+            captured = EPOCH + t
             line = {"received": round((captured + 0.008) * 1e9), "frame": frame, "camera": camera, "t": captured,
                     "balls": [], "yellow": [], "blue": [], "legacy": legacy}
             if frame % 200 == 0:
@@ -81,7 +80,7 @@ COMMANDS = {
 
 def refereed(data: bytes, table: pl.DataFrame) -> bytes:
     """The log with packets of a game controller, which says what the table does."""
-    packets: list[tuple[int, bytes]] = []
+    packets: list[ssl.Message] = []
     state, score, counter, said = None, (0, 0), 0, 1
     reported = table.select("frame", "t", "game_state", "score_home", "score_away").unique("frame").sort("frame")
     for _, t, now, home, away in reported.iter_rows():
@@ -94,16 +93,13 @@ def refereed(data: bytes, table: pl.DataFrame) -> bytes:
             said = command
             content = ssl.referee(1, said, counter, ssl.Team("RoboCIn", away), ssl.Team("TIGERs", home), t=EPOCH + t,
                                   blue_on_positive=False, source="game controller")
-            packets.append((round((EPOCH + t) * 1e9), content))
-    head, at, out = struct.Struct(">qii"), 16, [data[:16]]
+            packets.append(ssl.Message(round((EPOCH + t) * 1e9), ssl.REFEREE, content))
+    at, messages = 16, []
     while at < len(data):
-        received, _, size = head.unpack_from(data, at)
-        while packets and packets[0][0] <= received:
-            content = packets[0][1]
-            out.append(head.pack(packets.pop(0)[0], ssl.REFEREE, len(content)) + content)
-        out.append(data[at : at + 16 + size])
+        received, kind, size = struct.unpack_from(">qii", data, at)
         at += 16 + size
-    return b"".join(out)
+        messages.append(ssl.Message(received, kind, data[at - size : at]))
+    return ssl.log(ordered(packets, messages))
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["2014", "legacy"])
@@ -112,7 +108,7 @@ def written(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     table = pl.read_parquet(recording(SSL)).filter(pl.col("frame") % 2 == 0)
     if request.param:
         table = table.filter(pl.col("frame") < 2_000)
-    data = write(tmp_path_factory.mktemp("ssl") / "peer.log", (table, table), legacy=request.param)
+    data = write(tmp_path_factory.mktemp("ssl") / "peer.log", table, legacy=request.param)
     return Written(data, read(open_source(data, "peer.log")), table)
 
 
@@ -150,31 +146,6 @@ def test_bodies_are_within_the_noise(written: Written) -> None:
     both = (np.abs(robots["x"]) < OVERLAP_MM / 1000).to_numpy()
     assert off[both].std() * 1000 == pytest.approx(NOISE_MM / 6**0.5, rel=0.05)
     assert off[~both].std() * 1000 == pytest.approx(NOISE_MM / 3**0.5, rel=0.05)
-
-
-def test_a_camera_that_is_later(tmp_path: Path) -> None:
-    """Detections of a later camera are moved back to the sample's time, so that moving bodies are not displaced.
-
-    Bodies move evenly; without the correction they would be off by speed times 3 ms, up to 1.5 cm.
-    """
-    step = 0.0125
-    frames = np.arange(400)
-    bodies = []
-    for team, player, x, y, vx, vy in (("RoboCIn", 1, -3.0, 1.0, 1.5, 0.5), ("TIGERs", 2, 3.0, -1.0, -1.5, 0.2),
-                                       ("ball", None, -5.0, 0.5, 2.0, -0.3)):
-        bodies.append(pl.DataFrame({
-            "frame": frames, "t": frames * step, "team": team, "player": player, "x": x + vx * frames * step,
-            "y": y + vy * frames * step, "heading": 0.4, "vx": vx, "vy": vy,
-        }, schema_overrides={"player": pl.Int64}))
-    truth = pl.concat(bodies)
-    moved = truth.with_columns(x=pl.col("x") + pl.col("vx") * LATER_S, y=pl.col("y") + pl.col("vy") * LATER_S)
-    log = read(open_source(write(tmp_path / "later.log", (truth, moved), LATER_S), "later.log"))
-    ball = truth.filter(pl.col("team") == "ball").sort("frame")
-    off = np.abs(log.frames.ball["x"] - ball["x"].to_numpy())
-    np.testing.assert_allclose(log.frames.t_ns / 1e9, frames * step, rtol=0, atol=1e-6)
-    assert off[1:].max() <= NOISE_MM / 1000 + 1e-5
-    mean = (log.frames.ball["x"] - ball["x"].to_numpy())[ball["x"].to_numpy() > 1.0][1:].mean()
-    assert abs(mean) < 0.001  # 6 mm if it were not moved
 
 
 @pytest.mark.parametrize("written", [False], ids=["2014"], indirect=True)

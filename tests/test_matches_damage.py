@@ -31,7 +31,7 @@ from support.recordings import same, same_frames
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
-from pitchlore.pipeline.matches import description, mcap_file
+from pitchlore.pipeline.matches import description
 from pitchlore.pipeline.matches.channels import COMMAND
 from pitchlore.pipeline.matches.chunks import unseal
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -319,10 +319,3 @@ def test_false_chunk(compression, blob, size, why):
     back = cheaply(with_chunk(compression, blob, size))
     assert why in back.quality["note"].str.join(" ")[0]
     assert back.quality.filter(flaw="damaged chunk").select("start_ns", "end_ns").rows() == [(5, 10)]
-
-
-def test_bomb_of_chunks(monkeypatch):
-    """Many chunks that are small on their own are refused as a bomb together."""
-    monkeypatch.setattr(mcap_file, "MAX_LOG_BYTES", 10 * SMALL)
-    with pytest.raises(DamagedLog, match="declares more than"):
-        matches.read(written(match([6] * 200), chunk_bytes=SMALL), where="a.mcap")

@@ -16,18 +16,16 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.decoder import DecoderFactory
-from mcap_ros2.writer import Writer as Ros2Writer
 from support.mcap_logs import (
     INFO,
     SMALL,
     foreign,
-    frame_dict,
     frames_of,
     match,
     with_chunk,
     written,
 )
-from support.recordings import same, same_frames
+from support.recordings import same
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog
@@ -113,20 +111,6 @@ def test_foreign_log(compression, chunked):
     back = matches.read(data, where="other.mcap", default_info=INFO)
     assert same(back, log)
     assert back.quality.is_empty()
-
-
-def test_ros2_writer():
-    """A log that the ROS 2 writer writes is read."""
-    log = match()
-    stream = io.BytesIO()
-    writer = Ros2Writer(stream, chunk_size=SMALL)
-    schema = writer.register_msgdef("pitchlore/msg/Frame", TOPICS[FRAME].definition())
-    for i, t_ns in enumerate(log.frames.t_ns.tolist()):
-        writer.write_message("/frame", schema, frame_dict(log.frames, i), t_ns)
-    writer.finish()
-    back = matches.read(stream.getvalue(), where="ros.mcap", default_info=INFO)
-    assert same_frames(back.frames, log.frames)
-    assert back.info == INFO
 
 
 def with_messages(*messages: tuple[str, str, str, bytes]) -> bytes:

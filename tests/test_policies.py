@@ -141,14 +141,6 @@ def test_nothing_known():
     assert (report.matches, report.pairs, report.decisions) == (0, 0, 0)
 
 
-def test_unknown_match():
-    """A match without anything known changes no value."""
-    parent = policy(("striker", 7, KICK, 0.5))
-    match = decisions(("striker", 9, KICK, 1.0, "terminal", 0))
-    table, _ = train([match, Decisions.empty()], occasions(("striker", 7, KICK)), parent, PLAIN, 2, 1)
-    assert values(table) == values(parent)
-
-
 plays = st.lists(
     st.tuples(
         st.sampled_from(["goalkeeper", "midfield", "striker"]), st.integers(0, 3), st.sampled_from([21, 46, 194]),
