@@ -98,7 +98,6 @@ CSV = b"frame,t,team,player,x,y\n0,0.0,ball,,0,0\n0,0.0,a,1,0.1,0\n0,0.0,b,1,-0.
         (b"ULG\x03\x00", "rcg"),
         (b"PAR1....PAR1", "tracking-parquet"),
         (CSV, "tracking-csv"),
-        (CSV.replace(b",", b";"), "tracking-csv"),
         (b"\xef\xbb\xbf" + CSV, "tracking-csv"),
     ],
 )
@@ -157,11 +156,8 @@ def test_inflate() -> None:
         ("../../etc/passwd", "passwd"),
         ("C:\\logs\\Jogo Único.csv", "jogo-unico"),
         ("'; DROP TABLE matches; --.csv", "drop-table-matches"),
-        ("日本.parquet", "match"),
         ("", "match"),
-        ("-", "match"),
         (".parquet", "parquet"),
-        ("x" * 99, "x" * 40),
         ("x" * 39 + "--y", "x" * 39),
     ],
 )

@@ -45,12 +45,6 @@ def numbers(game: MatchLog) -> list[int]:
     return [int(number) for number in game.frames.number]
 
 
-def with_size(data: bytes, message: int, size: int) -> bytes:
-    """The log with another size in the head of a message."""
-    at = start(message) + 12
-    return data[:at] + struct.pack(">i", size) + data[at + 4 :]
-
-
 def notes(game: MatchLog, flaw: str) -> list[str]:
     return game.quality.filter(pl.col("flaw") == flaw)["note"].to_list()
 
@@ -80,7 +74,8 @@ def test_cut_off(inside: int) -> None:
 ])
 def test_a_broken_length(size: int, lost: int) -> None:
     """Messages go on after a broken length; only the one whose length it is is lost."""
-    game = match(with_size(log(WHOLE), 30, size))
+    data, at = log(WHOLE), start(30) + 12
+    game = match(data[:at] + struct.pack(">i", size) + data[at + 4 :])
     missing = sorted(set(range(60)) - set(numbers(game)))
     assert len(missing) <= lost + 1
     assert set(missing) <= {30, 31}

@@ -118,7 +118,8 @@ def with_messages(*messages: tuple[str, str, str, bytes]) -> bytes:
     stream = io.BytesIO()
     writer = McapWriter(stream)
     writer.start("ros2")
-    writer.add_metadata(**_first_metadata(match()))
+    (first, *_) = records(written(match()), Metadata)
+    writer.add_metadata(first.name, first.metadata)
     ids = {}
     for t_ns, (topic, encoding, text, payload) in enumerate(messages):
         if topic not in ids:
@@ -127,11 +128,6 @@ def with_messages(*messages: tuple[str, str, str, bytes]) -> bytes:
         writer.add_message(ids[topic], t_ns, payload, t_ns)
     writer.finish()
     return stream.getvalue()
-
-
-def _first_metadata(log: MatchLog) -> dict:
-    record = records(written(log), Metadata)[0]
-    return {"name": record.name, "data": record.metadata}
 
 
 ENCAPSULATION = bytes([0, 1, 0, 0])

@@ -352,22 +352,6 @@ def test_foreign_table(tmp_path):
         from_parquet(b"nonsense", Goals, where="x")
 
 
-def test_round_trip(tmp_path):
-    """A table is read as it was written."""
-    assert from_parquet(to_parquet(goals(), Goals, where="x"), Goals, where="x").equals(goals())
-
-
-def test_quarantine(tmp_path):
-    """Quarantine records the reason, and releases what it is asked to."""
-    store = Store(tmp_path)
-    store.quarantine("situations", "m-1", SchemaMismatch("is odd", where="row 3", next_step="Mend it"))
-    (record,) = store.quarantined()
-    assert (record.noun, record.name, record.error) == ("situations", "m-1", "SchemaMismatch")
-    assert record.reason == "row 3: is odd. Mend it."
-    store.release("situations", "m-1")
-    assert store.quarantined() == []
-
-
 @pytest.mark.parametrize("name", ["../m", "a/b", "", "M 1", "a\x00b", ".hidden", "x" * 200])
 def test_hostile_names(tmp_path, name):
     """A hostile name never becomes a path."""

@@ -22,7 +22,7 @@ from support.terminal import HUNG_UP, SCRIPT
 from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
 from pitchlore.flows.commands.addresses import addressed
-from pitchlore.pipeline.base.errors import BadSettings, PitchloreError, StorageFailed
+from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
 from pitchlore.pipeline.engine.recordings import WATCHING, inbox, useless
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
@@ -319,13 +319,13 @@ def test_addresses() -> None:
 
 
 @pytest.mark.unit
-@pytest.mark.parametrize(("group", "error", "said"), [
-    ("203.0.113.7", BadSettings, "203.0.113.7:0: cannot be listened to (Cannot assign requested address). Name an address"),
-    ("nowhere", BadSettings, "nowhere:0: cannot be listened to"),
+@pytest.mark.parametrize(("group", "said"), [
+    ("203.0.113.7", "203.0.113.7:0: cannot be listened to (Cannot assign requested address). Name an address"),
+    ("nowhere", "nowhere:0: cannot be listened to"),
 ])
-def test_what_cannot_be_listened_to(group: str, error: type[PitchloreError], said: str) -> None:
+def test_what_cannot_be_listened_to(group: str, said: str) -> None:
     streams = tuple(stream._replace(group=group, port=0) for stream in LEAGUES["vsss"])
-    with pytest.raises(error) as refused:
+    with pytest.raises(BadSettings) as refused:
         Receiver(streams)
     assert str(refused.value).startswith(said)
 

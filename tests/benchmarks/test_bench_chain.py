@@ -130,5 +130,3 @@ def test_sql_ours(benchmark, tmp_path):
            "group by all order by n desc")
     benchmark.extra_info.update(units=100, unit="matches")
     assert benchmark.pedantic(lambda: ask(catalog, sql), rounds=5).height > 0
-
-
