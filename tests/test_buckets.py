@@ -36,12 +36,31 @@ pytestmark = pytest.mark.slow
 # --- one machine ------------------------------------------------------------------------------------
 
 
-def test_same_bytes(server, machine, recordings, local):
-    """A bucket holds the bytes of a local folder; so does its copy; another machine finds it all done."""
+def copied(server: Served, objects: dict[str, bytes]) -> str:
+    """The URL of a bucket's folder with these objects."""
     url = server.new()
-    one = machine(url)
-    brought(one, recordings)
-    assert plain(server.objects(url)) == local == files(one.root)
+    for key, data in objects.items():
+        server.put(url, key, data)
+    return url
+
+
+@pytest.fixture(scope="module")
+def raw(server, recordings, local, tmp_path_factory) -> dict[str, bytes]:
+    """The objects of a bucket after a run."""
+    with pytest.MonkeyPatch.context() as patch:
+        home = tmp_path_factory.mktemp("raw")
+        for name, value in {**server.environment, "XDG_CACHE_HOME": str(home)}.items():
+            patch.setenv(name, value)
+        store = Store(Path(url := server.new()))
+        brought(store, recordings)
+    assert files(store.root) == local, "its copy, too"
+    return server.objects(url)
+
+
+def test_same_bytes(server, machine, raw, local):
+    """A bucket holds the bytes of a local folder; so does its copy; another machine finds it all done."""
+    assert plain(raw) == local
+    url = copied(server, raw)
     two = machine(url, "two")
     two.catch_up()
     server.asked = 0
@@ -53,22 +72,17 @@ def test_same_bytes(server, machine, recordings, local):
     assert files(two.root) == local
 
 
-def test_another_library(server, machine, local, recordings, tmp_path):
+def test_another_library(server, machine, local):
     """A copy by another program into a bucket, file by file, is a data folder; and back."""
-    url = server.new()
-    for key, data in local.items():
-        server.put(url, key, data)
-    store = machine(url)
+    store = machine(copied(server, local))
     store.catch_up()
     assert at_once.run(store) == "False False"
     assert verify_all(store).problems == []
 
 
-def test_sql(server, machine, recordings):
+def test_sql(server, machine, raw):
     """Questions are answered from the files that a copy fetches, and without the bucket from those it has."""
-    url = server.new()
-    brought(machine(url), recordings)
-    reader = machine(url, "reader")
+    reader = machine(copied(server, raw), "reader")
     reader.catch_up()
     path, _ = refresh(reader)
     question = "select count(*) n, count(distinct match_id) from situations"
@@ -79,11 +93,12 @@ def test_sql(server, machine, recordings):
     assert (ask(path, question).rows(), left_out) == (answer, [])
 
 
-def test_lost_copy(server, machine, recordings, local):
+def test_lost_copy(server, machine, raw, local):
     """The copy is a cache: damaged or removed, it is brought again."""
-    url = server.new()
+    url = copied(server, raw)
     store = machine(url)
-    brought(store, recordings)
+    store.catch_up()
+    assert verify_all(store).problems == []
     for path in store.root.rglob("*.parquet"):
         path.write_bytes(b"x" * path.stat().st_size)
     (receipt,) = store.receipts("situations")
@@ -95,11 +110,11 @@ def test_lost_copy(server, machine, recordings, local):
     assert verify_all(again).problems == []
 
 
-def test_damaged_object(server, machine, recordings, local):
+def test_damaged_object(server, machine, raw, local):
     """`verify` names an object that is not what was written, and the next run makes it anew."""
-    url = server.new()
+    url = copied(server, raw)
     store = machine(url)
-    brought(store, recordings)
+    store.catch_up()
     (receipt,) = store.receipts("situations")
     path = receipt.files["situations"].path
     server.put(url, path, b"x" * receipt.files["situations"].size)
@@ -135,14 +150,6 @@ def test_forget_and_prune(server, machine, recordings):
     assert other.receipt("goals", "m-1") is None
 
 
-def copied(server: Served, objects: dict[str, bytes]) -> str:
-    """The URL of a bucket's folder with these objects."""
-    url = server.new()
-    for key, data in objects.items():
-        server.put(url, key, data)
-    return url
-
-
 def test_notebook(server, machine, local, monkeypatch, capsys):
     """A notebook opens a bucket by its URL: it builds the catalogue, and says once of when it is."""
     url = copied(server, local)
@@ -157,18 +164,6 @@ def test_notebook(server, machine, local, monkeypatch, capsys):
     said = capsys.readouterr()
     assert len(re.findall(rf"{url}: as of \d{{4}}-\d\d-\d\d", said.out + said.err)) == 1
     assert "derby" in str(names["league"].matches.frame)
-
-
-@pytest.fixture(scope="module")
-def raw(server, recordings, local, tmp_path_factory) -> dict[str, bytes]:
-    """The objects of a bucket after a run."""
-    with pytest.MonkeyPatch.context() as patch:
-        home = tmp_path_factory.mktemp("raw")
-        for name, value in {**server.environment, "XDG_CACHE_HOME": str(home)}.items():
-            patch.setenv(name, value)
-        url = server.new()
-        brought(Store(Path(url)), recordings)
-    return server.objects(url)
 
 
 def test_restore(server, machine, call, local, raw, tmp_path):

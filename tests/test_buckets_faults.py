@@ -38,7 +38,7 @@ def requests(server, recordings, tmp_path_factory) -> int:
 
 def test_passing_faults(server, machine, recordings, local, monkeypatch):
     """Requests that fail once are sent again, those whose answer was lost, too."""
-    monkeypatch.setattr(buckets, "REQUEST_S", 1.0)
+    monkeypatch.setattr(buckets, "REQUEST_S", 0.5)
     url = server.new()
     store = machine(url)
     server.fault = lambda number: FAULTS[number // 9 % 4] if number % 9 == 0 else None

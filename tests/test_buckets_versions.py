@@ -99,7 +99,7 @@ def test_versions_in_faults(server, machine, fault, monkeypatch):
         server.mend()
         url, names = server.new(), [f"{step}-{number}" for number in range(4)]
         with monkeypatch.context() as impatient:  # what follows may take its time
-            impatient.setattr(buckets, "REQUEST_S", 1.0)
+            impatient.setattr(buckets, "REQUEST_S", 0.5)
             stores = [machine(url, name) for name in names]
             server.fault = lambda number, step=step: fault if (number + step) % 7 == 0 else None
             landed = emit_at_once(stores, noted())

@@ -8,7 +8,6 @@ from __future__ import annotations
 import logging
 import os
 import resource
-import shutil
 import signal
 import sqlite3
 import subprocess
@@ -16,7 +15,9 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from queue import Empty, Queue
 from threading import Thread
 
 import pytest
@@ -26,10 +27,11 @@ from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
+from pitchlore.flows import serving
 from pitchlore.flows.cli import main
-from pitchlore.flows.server import REPLY_S, Keeper, ServerFailed, database, trouble
+from pitchlore.flows.server import Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
-from pitchlore.pipeline.engine import catalog, matches
+from pitchlore.pipeline.engine import catalog, imports, matches
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
@@ -43,13 +45,12 @@ pytestmark = pytest.mark.slow
 SOON_S = 60.0
 
 
-def call(*words: object, before: Callable[[], None] | None = None, **variables: str) -> tuple[int, str, str, float]:
-    """Exit code, output and seconds of a command in a process of its own, which brings its own server."""
+def command(*words: object, before: Callable[[], None] | None = None, **variables: str) -> tuple[int, str, str]:
+    """Exit code and output of a command in a process of its own, which brings its own server."""
     here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
-    begun = time.monotonic()
     done = subprocess.run(pitchlore(*words), env=here, text=True, check=False,
                           capture_output=True, preexec_fn=before, timeout=SOON_S)
-    return done.returncode, done.stdout, done.stderr, time.monotonic() - begun
+    return done.returncode, done.stdout, done.stderr
 
 
 def small_files() -> None:
@@ -69,7 +70,7 @@ def lines(err: str) -> list[str]:
 @pytest.mark.parametrize("words", [["kb", "list", "--data", "nowhere"], ["--huh"]])
 def test_exit_code(words):
     """A command that fails leaves with an exit code, and all that it says is written, to a pipe, too."""
-    code, out, err, _ = call(*words)
+    code, out, err = command(*words)
     assert (code, out) == (1, "")
     assert err.strip()
 
@@ -138,19 +139,19 @@ def test_catalogue_on_a_full_disk(tmp_path):
     refresh(store)
     put_goal(store, "m-2", 1)
     words = ("sql", "select count(*) n from goals", "--csv", "--data", tmp_path)
-    code, out, err, _ = call(*words, before=small_files)
+    code, out, err = command(*words, before=small_files)
     assert (code, out) == (1, "")
     (line,) = lines(err)
     assert line.startswith(f"pitchlore: {tmp_path / 'catalog.duckdb'}: cannot be written (")
     assert "Free space or mend the folder" in line
     assert [path.name for path in tmp_path.glob(".*.tmp*")] == []
-    assert call(*words)[:2] == (0, "n\n2\n")
+    assert command(*words)[:2] == (0, "n\n2\n")
 
 
 def test_log_on_a_full_disk(tmp_path):
     """So is a match that cannot be logged."""
     words = ("record", "--minutes", "0.5", "--data", tmp_path)
-    code, _, err, _ = call(*words, before=small_files)
+    code, _, err = command(*words, before=small_files)
     assert code == 1
     assert "cannot be written (File too large). Free space" in lines(err)[-1]
 
@@ -205,9 +206,11 @@ def damaged(file: Path) -> None:
 
 def bitten(file: Path) -> None:
     with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        connection.execute("begin")
         connection.execute("create table t (a text, b text)")
         connection.executemany("insert into t values (?, ?)", [(f"x{i}", f"{i * 7919 % 2000:050}") for i in range(2000)])
         connection.execute("create index i on t (b)")
+        connection.execute("commit")
     with file.open("r+b") as opened:
         opened.seek(3 * 4096)
         opened.write(b"\xff" * 20_000)
@@ -248,64 +251,101 @@ def test_prefect_of_others(tmp_path, derby):
     data = tmp_path / "data"
     migrated(Keeper(data).folder, database())
     for words, there in ((("import", derby), "/dev/null"), (("run", "--flow"), home)):
-        code, _, err, _ = call(*words, "--data", data, PREFECT_HOME=str(there))
+        code, _, err = command(*words, "--data", data, PREFECT_HOME=str(there))
         assert (code, lines(err)) == (0, [])
 
 
-#: A command whose flow waits, after something was done to its server, when it would import a recording.
-MEANWHILE = """
+#: A command whose flow, when it would import a recording, stops its server and waits.
+HANGS = """
 import os, signal, time
 from pathlib import Path
 import pitchlore.pipeline.engine.imports, pitchlore.flows.server
 from pitchlore.flows import serving
-serving.REQUEST_S, serving.AGAIN = 1.0, 1
 def wait(*_):
     server = pitchlore.flows.server.Keeper(Path({data!r})).look()
-    {does}
-    serving.WATCH_S, serving.REPLY_S, pitchlore.flows.server.STOP_S = 0.5, 1.0, 0.5
+    os.kill(server.pid, signal.SIGSTOP)
+    serving.WATCH_S, serving.REPLY_S = 0.2, 0.5
     print(server.pid, flush=True)
-    time.sleep({seconds})
-    {then}
+    time.sleep(600)
 pitchlore.pipeline.engine.imports.take_in = wait
 """
 
 
-def meanwhile(recording: Path, does: str, seconds: float, then: str = "", within_s: float = 15) -> tuple[str, int]:
-    """Last line of a flow whose server fails meanwhile, and the number of its server's process."""
-    data = recording.parent / "data"
+@pytest.fixture
+def flow(derby, tmp_path, monkeypatch) -> Path:
+    """A data folder with a recording in its inbox, whose server finds a database; there is no other server."""
+    data = tmp_path / "data"
     (data / "inbox").mkdir(parents=True)
-    shutil.copy(recording, data / "inbox")
+    derby.rename(data / "inbox" / derby.name)
     migrated(Keeper(data).folder, database())
-    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
-    script = MEANWHILE.format(data=str(data), does=does, seconds=seconds, then=then)
-    words = pitchlore("run", "--flow", "--data", data, before=script)
-    with subprocess.Popen(words, text=True, env=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    return data
+
+
+def test_server_that_hangs_meanwhile(flow):
+    """If its server hangs while flows run, the command ends within seconds, and the server with it."""
+    words = pitchlore("run", "--flow", "--data", flow, before=HANGS.format(data=str(flow)))
+    with subprocess.Popen(words, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stdout is not None
-        server = int(command.stdout.readline())
-        begun = time.monotonic()
+        number, begun = int(command.stdout.readline()), time.monotonic()
         _, err = command.communicate(timeout=SOON_S)
-    assert time.monotonic() - begun < within_s
+    assert time.monotonic() - begun < 15
     assert command.returncode == 1
     assert "Traceback" not in err
-    return lines(err)[-1], server
+    assert lines(err)[-1].endswith("does not answer. What was finished is kept; run the command again to go on.")
+    assert eventually(lambda: not alive(number), 5)
 
 
-@pytest.mark.parametrize(("number", "within_s"), [("SIGKILL", 15), ("SIGSTOP", 15 + REPLY_S)])
-def test_server_that_fails_meanwhile(derby, number, within_s):
-    """If its server ends or hangs while flows run, the command ends within seconds, and the server with it."""
-    said, server = meanwhile(derby, f"os.kill(server.pid, signal.{number})", 600, within_s=within_s)
-    assert said.endswith("does not answer. What was finished is kept; run the command again to go on.")
-    assert eventually(lambda: not alive(server), 5)
+class Greeting(BaseHTTPRequestHandler):
+    """Answers as a server of Prefect's does."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("content-type", "application/json")
+        self.send_header("content-length", "2")
+        self.end_headers()
+        self.wfile.write(b"{}")
+
+    def log_message(self, *_: object) -> None:
+        pass
 
 
-def test_database_locked_meanwhile(derby):
+def test_server_that_ends_meanwhile(monkeypatch):
+    """If a server ends while flows run, the command ends with a line."""
+    ended: Queue[tuple[object, ...]] = Queue()
+    for name, value in (("end", lambda *said: ended.put(said)), ("WATCH_S", 0.05), ("SILENT", 3)):
+        monkeypatch.setattr(serving, name, value)
+    greeter = ThreadingHTTPServer(("127.0.0.1", 0), Greeting)
+    Thread(target=greeter.serve_forever).start()
+    url = f"http://127.0.0.1:{greeter.server_port}/api"
+    with serving.serving(url):
+        with pytest.raises(Empty):
+            ended.get(timeout=0.5)
+        greeter.shutdown()
+        greeter.server_close()
+        assert ended.get(timeout=SOON_S) == (f"The Prefect server {url} does not answer", 1)
+
+
+def test_database_locked_meanwhile(flow, monkeypatch, call):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
-    lock = ("import sqlite3; "
-            f"pitchlore.lock = sqlite3.connect({str(derby.parent / 'data' / 'server' / database())!r}); "
-            "pitchlore.lock.execute('begin immediate')")
-    said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + REPLY_S)
-    assert "the Prefect server failed (ReadTimeout: timed out" in said
-    assert said.endswith("What was finished is kept; run the command again to go on.")
+    monkeypatch.setattr(serving, "REQUEST_S", 1.0)
+    monkeypatch.setattr(serving, "AGAIN", 1)
+    monkeypatch.setattr("pitchlore.flows.server.STOP_S", 0.5)
+    with closing(sqlite3.connect(flow / "server" / database(), check_same_thread=False)) as other:
+        locked: list[float] = []
+
+        def lock(*_: object) -> None:
+            other.execute("begin immediate")
+            locked.append(time.monotonic())
+            raise ValueError("refused")
+
+        monkeypatch.setattr(imports, "take_in", lock)
+        code, _, err = call("run", "--flow", "--data", flow)
+    assert time.monotonic() - locked[0] < 15
+    assert code == 1
+    assert "Traceback" not in err
+    assert "the Prefect server failed (ReadTimeout: timed out" in err
+    assert err.endswith("What was finished is kept; run the command again to go on.\n")
 
 
 def test_version_that_cannot_be_made(copied, monkeypatch):
@@ -350,7 +390,7 @@ def test_full_standard_output(finished, words):
 def test_devices_are_not_replaced(finished, tmp_path):
     """A page, a film or an export never takes the place of a device or pipe."""
     os.mkfifo(pipe := tmp_path / "pipe")
-    code, _, err, _ = call("replay", "early", "-o", pipe, "--data", finished)
+    code, _, err = command("replay", "early", "-o", pipe, "--data", finished)
     assert (code, "is no regular file, and is not replaced by one. Name a file." in err, pipe.is_fifo()) == (1, True, True)
 
 

@@ -27,7 +27,7 @@ _numbers = count(1)
 #: and one that comes too late.
 FAULTS = ("503", "500", "cut before", "cut after", "late")
 #: How late, seconds: later than any patience of the tests.
-LATE_S = 3.0
+LATE_S = 1.5
 
 
 class Served:
