@@ -146,22 +146,15 @@ def test_nothing_comes_from_a_damaged_backup(data, tmp_path, call):
 
 
 def test_every_flip_in_a_receipt_is_seen(data):
-    """Every bit of a receipt, a manifest and a quarantine record counts: no flip goes unseen."""
-    store = Store(data)
-    store.quarantine("matches", "a-match", CorruptFile("is of no use", where="a-match.csv"))
-    receipt = store.receipt("sides", next(iter(store.receipts("matches"))).name)
-    assert receipt is not None
-    path, seen = data / "sides" / f"{receipt.name}.receipt.json", 0
+    """Every bit of a receipt counts: no flip goes unseen."""
+    path = next((data / "sides").glob("*.receipt.json"))
     whole = path.read_bytes()
     for at in range(0, 8 * len(whole), 5):
         harmed = bytearray(whole)
         harmed[at // 8] ^= 1 << at % 8
         path.write_bytes(harmed)
-        try:
+        with pytest.raises(CorruptFile):
             read_model(str(path), Receipt)
-        except CorruptFile:
-            seen += 1
-    assert seen == len(range(0, 8 * len(whole), 5))
 
 
 def test_flips_in_receipts_are_verified(data):

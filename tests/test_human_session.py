@@ -163,24 +163,19 @@ def test_waiting(season, monkeypatch):
     assert shown[0].driven in (4, 5, 6)
 
 
-def test_practice_is_refused(call, tmp_path):
-    """Settings with practice matches are refused: nobody plays those."""
-    code, _, error = call("season", "--settings", "best", "--opponent", "person", "--data", tmp_path)
-    assert code == 1
-    assert error == ("pitchlore: best-person-1: a person plays no practice matches, and it has 3 beside each game. "
-                     "Take --settings paper, best-in-games, or a TOML file with practice = 0.\n")
-    assert not (tmp_path / "seasons").exists()
-
-
 @pytest.mark.parametrize(("words", "message"), [
     (("--opponent", "person", "--opponent", "static"), "a person plays one season at a time"),
     (("--opponent", "person", "--seasons", 2), "--seed tells people apart"),
     (("--opponent", "person", "--on", "processes:2"), "a person plays at the window of this machine"),
     (("--opponent", "static", "--now", 2), "only a person plays some games now and some later"),
+    (("--opponent", "person", "--settings", "best"),
+     ("best-person-1: a person plays no practice matches, and it has 3 beside each game. "
+      "Take --settings paper, best-in-games, or a TOML file with practice = 0.\n")),
 ])
 def test_refused(call, tmp_path, words, message):
     """A setting that a person cannot play by is refused in one line, before anything is played."""
-    code, _, error = call("season", "--settings", "paper", *words, "--data", tmp_path)
+    settings = () if "--settings" in words else ("--settings", "paper")
+    code, _, error = call("season", *settings, *words, "--data", tmp_path)
     assert code == 1
     assert message in error
     assert error.count("\n") == 1

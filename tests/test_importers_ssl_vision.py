@@ -11,7 +11,7 @@ from support import ssl_messages as ssl
 from support.ssl_games import EPOCH, GEOMETRY, STEP, flaws, frames, match, ns, ordered, seen
 from support.ssl_messages import TRACKER, VISION_2010, Message, Seen, Tracked
 
-from pitchlore.pipeline.base.errors import BadRecording, BadSettings
+from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
@@ -340,14 +340,16 @@ def test_which_source() -> None:
                         {"tracker": "u-2", "name": "ER-Force", "frames": 50}]
 
 
-@pytest.mark.parametrize(("source", "said"), [
-    ("Immortals", "has no tracker 'Immortals'; its trackers: TIGERs .u-1.. Give .ssl. source"),
-    ("vision", "has no vision frames; its trackers: TIGERs .u-1."),
+@pytest.mark.parametrize(("messages", "source", "said"), [
+    ([track(0, 1.0)], "Immortals", "has no tracker 'Immortals'; its trackers: TIGERs .u-1.. Give .ssl. source"),
+    ([track(0, 1.0)], "vision", "has no vision frames; its trackers: TIGERs .u-1."),
+    (frames(5), "tracker", "has no tracker's packets"),
+    ([Message(ns(0), ssl.REFEREE, ssl.referee(0, 0, 1))], "", "has no vision or tracker frames, only 1 packets of a referee"),
 ])
-def test_a_source_that_is_not_there(source: str, said: str) -> None:
+def test_a_source_that_is_not_there(messages: list[Message], source: str, said: str) -> None:
     """A source that the log does not have is refused, with those that it has."""
     with pytest.raises(BadRecording, match=said):
-        match([track(f, 1.0) for f in range(5)], f'[ssl]\nsource = "{source}"')
+        match(messages, f'[ssl]\nsource = "{source}"' if source else "")
 
 
 def test_the_source_is_said(tmp_path: Path) -> None:
@@ -360,16 +362,6 @@ def test_the_source_is_said(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(ssl.log(messages))
         receipt, _ = import_recording(Store(tmp_path / "data"), Recording(file=tmp_path / name))
         assert receipt.details["bodies"] == said
-
-
-def test_no_tracker() -> None:
-    """A map that asks for a tracker is refused where there is none, and so is a log of a referee alone."""
-    with pytest.raises(BadRecording, match="has no tracker's packets"):
-        match(frames(5), '[ssl]\nsource = "tracker"')
-    with pytest.raises(BadRecording, match="has no vision or tracker frames, only 1 packets of a referee"):
-        match([Message(ns(0), ssl.REFEREE, ssl.referee(0, 0, 1))])
-    with pytest.raises(BadSettings, match="ssl"):
-        match(frames(5), "[ssl]\nconfidence = 2")
 
 
 def test_what_a_tracker_only_guesses() -> None:

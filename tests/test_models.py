@@ -68,17 +68,14 @@ def same_fit(one, two):
 
 
 class TestTrees:
-    def grown(self, seed=0, settings=SMALL):
-        rng = np.random.default_rng(seed)
-        table = rng.normal(size=(400, 6)).astype(np.float32)
-        table[rng.random(table.shape) < 0.1] = np.nan
-        scores = (np.nan_to_num(table[:, 0]) + np.nan_to_num(table[:, 1]) ** 2 + rng.normal(size=400)) > 1
-        return table, scores, grow(table, scores, settings)
-
     @pytest.mark.parametrize("settings", [SMALL, SMALL.model_copy(update={"trees": 12, "leaves": 12})])
     def test_same_as_scikit_learn(self, settings):
         """The arrays give what scikit-learn's own model gives; little evidence is more penalty."""
-        table, scores, ours = self.grown(settings=settings)
+        rng = np.random.default_rng(0)
+        table = rng.normal(size=(400, 6)).astype(np.float32)
+        table[rng.random(table.shape) < 0.1] = np.nan
+        scores = (np.nan_to_num(table[:, 0]) + np.nan_to_num(table[:, 1]) ** 2 + rng.normal(size=400)) > 1
+        ours = grow(table, scores, settings)
         builder = HistGradientBoostingClassifier(
             max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
             min_samples_leaf=settings.leaf_samples, early_stopping=False, random_state=settings.seed,
@@ -184,16 +181,14 @@ class TestModels:
         assert "shipped" not in fit(noise, PLAIN)[1]
 
     def test_few_goals(self):
-        """With few goals there is no model."""
+        """With few goals there is no model, nor with all in one fold."""
         table = played(0, matches=1)
         models, report = fit(table, PLAIN)
         assert models is None
         assert (report["goals"], report["kind"]) == (5, None)
         assert fit(table, PLAIN.model_copy(update={"goals_at_least": 5, "block_s": 12.0}))[0] is not None
         assert fit(Moments.empty(), PLAIN)[0] is None
-
-    def test_goals_in_one_fold(self):
-        """Nor with all goals in one fold, as in a match that is shorter than a stretch."""
+        # nor with all goals in one fold, as in a match that is shorter than a stretch
         short = played(0, matches=1, segments=4)
         assert fit(short, PLAIN.model_copy(update={"goals_at_least": 2}))[0] is None
         table = played(0, matches=5)
@@ -314,9 +309,7 @@ class TestChoose:
         assert sample not in (tuple(names[:10]), tuple(names[-10:]))
         more = self.choose(store, [*names, "another"], commit=False, matches_at_most=10)
         assert len(set(more) & set(sample)) >= 9
-
-    def test_fewer_at_most(self, store):
-        """If fewer are wanted than the models were fitted to, they do not stand."""
+        # if fewer are wanted than the models were fitted to, they do not stand
         self.choose(store, ["a", "b", "c", "d"])
         assert len(self.choose(store, ["a", "b", "c", "d"], matches_at_most=2)) == 2
 

@@ -34,6 +34,11 @@ SIX = {
     "home_1": (-0.7, 0.0, 0.0, "g"), "home_2": (-0.3, 0.1, 0.0, "m"), "home_3": (0.19, 0.0, 0.0, "s"),
     "away_1": (0.7, 0.0, pi, "g"), "away_2": (0.4, -0.2, pi, "m"), "away_3": (0.0, 0.3, pi, "s"),
 }
+#: Elements that the key self6 keeps for a midfield.
+SELF6 = [
+    "distance of own midfield to ball", "orientation of own midfield to ball", "own midfield in relation to ball and its own goal",
+    "orientation of own midfield to its adversary's goal", "distance of ball to own goal", "distance of ball to adversary's goal",
+]
 BY_NAME = {element.name: i for i, element in enumerate(TABLE)}
 
 
@@ -92,18 +97,8 @@ class TestEncoding:
 
     @pytest.mark.parametrize(("key", "kept"), [
         ("full35", [name for name in BY_NAME if name != "score"]),
-        ("self9", [
-            "distance of own midfield to ball", "orientation of own midfield to ball",
-            "own midfield in relation to ball and its own goal", "orientation of own midfield to its own goal",
-            "orientation of own midfield to its adversary's goal", "distance of ball to own goal",
-            "distance of ball to adversary's goal", "ball direction", "ball velocity",
-        ]),
-        ("self6", [
-            "distance of own midfield to ball", "orientation of own midfield to ball",
-            "own midfield in relation to ball and its own goal",
-            "orientation of own midfield to its adversary's goal", "distance of ball to own goal",
-            "distance of ball to adversary's goal",
-        ]),
+        ("self9", [*SELF6, "orientation of own midfield to its own goal", "ball direction", "ball velocity"]),
+        ("self6", SELF6),
         ("role0", []),
     ])
     def test_kept_elements(self, key, kept):

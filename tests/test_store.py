@@ -36,8 +36,6 @@ from pitchlore.schemas import (
     Trajectories,
 )
 
-STEPS = ("write_bytes", "open", "fsync", "replace", "rename", "mkdir")
-
 
 def goals(robot: int = 1, rows: int = 3) -> pl.DataFrame:
     return pl.DataFrame(
