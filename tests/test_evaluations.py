@@ -165,13 +165,19 @@ def test_names_of_settings():
     assert len(names) == 3
 
 
-def test_processes(tmp_path):
-    """The matches played do not depend on the number of processes."""
+def test_processes(tmp_path, monkeypatch):
+    """Matches do not depend on the number of processes; a killed one is one line of error, and what was over is kept."""
     alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {})
     assert made == 2
     with Processes(2) as executors:
-        together, made = flow.evaluate(Store(tmp_path / "b"), short(), range(2), {}, executors)
-    assert made == 2
+        together, made = flow.evaluate(store := Store(tmp_path / "b"), short(), range(2), {}, executors)
+        assert made == 2
+        monkeypatch.setattr(flow, "play_pair", die_of_a_pair)
+        with pytest.raises(WorkerLost, match="killed") as said:
+            flow.evaluate(store, short(), range(4), {}, executors)
+    assert "\n" not in str(said.value)
+    assert [receipt.name for receipt in store.receipts("evaluations")] == sorted(
+        Pair(evaluation=short(), seed=seed).name for seed in range(2))
     assert together.equals(alone)
     assert alone["seed"].to_list() == [0, 0, 1, 1]
     assert alone["actions"].is_null().all()
@@ -198,17 +204,6 @@ def test_learned_team():
     assert (rows["actions"] > 0).all()
     assert (rows["other_actions"] == 0).all()  # it knows nothing, and moves randomly
     assert rows["side"].to_list() == ["home", "away"]
-
-
-def test_killed_process(tmp_path, monkeypatch):
-    """A killed process is one line of error, and what was over is kept."""
-    store = Store(tmp_path)
-    flow.evaluate(store, short(), [0], {})
-    monkeypatch.setattr(flow, "play_pair", die_of_a_pair)
-    with Processes(2) as executors, pytest.raises(WorkerLost, match="killed") as said:
-        flow.evaluate(store, short(), range(3), {}, executors)
-    assert "\n" not in str(said.value)
-    assert [receipt.name for receipt in store.receipts("evaluations")] == [Pair(evaluation=short(), seed=0).name]
 
 
 def test_unknown_teams(tmp_path):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
 from pitchlore.pipeline.importers.football.dataset import match_of_dataset
-from pitchlore.pipeline.importers.football.providers import dataset_of, open_files
+from pitchlore.pipeline.importers.football.providers import open_files
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.matches.frame import MatchLog
 
@@ -27,6 +28,11 @@ def source_of(provider: str, names: tuple[str, ...]) -> SourceFile:
 
 @cache
 def whole_match() -> MatchLog:
-    """SkillCorner's whole match (a quarter of a minute)."""
+    """SkillCorner's whole match (some seconds).
+
+    Kloppy leaves it in the provider's coordinates: to turn these into its own takes three times as long, and
+    a match has the places of the pitch whatever the dataset has.
+    """
     source = source_of("skillcorner", MATCH)
-    return match_of_dataset(dataset_of(source), source)
+    load = import_module("kloppy.skillcorner").load
+    return match_of_dataset(load(*source.parts, coordinates="skillcorner"), source)
