@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from conftest import clip
 from support import trees
-from support.idle import nothing_new
 
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.chain import Chain
@@ -180,11 +179,3 @@ def test_equal_version(store, noun):
         assert (manifest.version, new) == (1, False)
     assert computed == [2], "what was found is remembered"
     assert store.versions(noun) == [1]
-
-
-def test_nothing_new(brought):
-    """The report of a run that has nothing to do."""
-    report = nothing_new(Store(brought), SETTINGS)
-    assert report is not None
-    assert (report.made, report.knowledge, report.policy) == (0, 1, 1)
-    assert [stage.kept for stage in report.stages] == [1] * len(STAGES.of_matches)

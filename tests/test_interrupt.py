@@ -100,15 +100,16 @@ def assert_stopped(command, presses=1):
     assert command.left(SOON_S) == []
 
 
-@pytest.mark.parametrize("words", [("run",), ("run", "--flow")], ids=" ".join)
-@pytest.mark.parametrize(("moment", "presses"), [("a task runs", 1), ("a file is written", 2)])
-def test_work_stops(flow, prefect_server, moment, presses, words):
-    """Ctrl-C stops a task that never ends, and work between a file and its receipt; so it does in a flow.
+@pytest.mark.parametrize(("moment", "presses", "words", "there"), [
+    ("a file is written", 2, ("run",), False), ("a file is written", 2, ("run", "--flow"), True),
+    ("a task runs", 1, ("run", "--flow"), False)])
+def test_work_stops(flow, prefect_server, moment, presses, words, there):
+    """Ctrl-C stops work between a file and its receipt; so it does in a flow, and a task that never ends.
 
-    There is a server for the first, and the second starts one.
+    There is a server for one flow, and the other starts one.
     """
-    there = {"PREFECT_API_URL": prefect_server} if presses == 1 else {}
-    with terminal(*words, "--data", flow, before=MOMENTS[moment], environment=there) as command:
+    server = {"PREFECT_API_URL": prefect_server} if there else {}
+    with terminal(*words, "--data", flow, before=MOMENTS[moment], environment=server) as command:
         command.until("moment")
         assert_stopped(command, presses)
     assert list(Store(flow).receipts("matches")) == []
@@ -164,22 +165,14 @@ def test_ignored_ctrl_c(finished):
         assert command.end(120.0) == 0
 
 
-@pytest.mark.parametrize("seconds", [0.0, 3.0])
-def test_killed_command(flow, seconds):
-    """No process outlives a command that is killed, and so no server of its flow."""
+@pytest.mark.parametrize(("moment", "number", "code"), [
+    ("starting", signal.SIGKILL, -signal.SIGKILL), ("moment", signal.SIGKILL, -signal.SIGKILL), ("moment", signal.SIGTERM, 143)])
+def test_ended_command(flow, moment, number, code):
+    """No process outlives a command that is killed, and so no server of its flow. SIGTERM ends one with a line."""
     with terminal("run", "--flow", "--data", flow, before=MOMENTS["a task runs"]) as command:
-        command.until("starting")
-        time.sleep(seconds)
-        os.kill(command.process.pid, signal.SIGKILL)
-        command.end(SOON_S)
-        assert command.left(SOON_S) == []
-
-
-def test_terminated_command(flow):
-    """SIGTERM ends a command at once, with a line; no process outlives it."""
-    with terminal("run", "--flow", "--data", flow, before=MOMENTS["a task runs"]) as command:
-        command.until("moment")
-        os.kill(command.process.pid, signal.SIGTERM)
-        assert command.end(SOON_S) == 143
-        assert "pitchlore: Terminated. What was finished is kept; run the command again to go on." in command.text
+        command.until(moment)
+        os.kill(command.process.pid, number)
+        assert command.end(SOON_S) == code
+        said = "pitchlore: Terminated. What was finished is kept; run the command again to go on." in command.text
+        assert said == (number == signal.SIGTERM)
         assert command.left(SOON_S) == []

@@ -91,14 +91,6 @@ def test_read(old):
     assert "not known" in describe(old, old.manifest("knowledge", 1))
 
 
-def test_add(old):
-    """Knowledge adds to a version without intervals; the mean is that of all instances."""
-    found = old.read_table(add(old), "behaviours", Behaviours)
-    Behaviours.validate(found)
-    assert found.select("behaviour_id", "support", "value", "mean", "low", "x").rows() == [
-        ("striker-011", 8, 0.5, 0.5, None, None), ("striker-046", 16, 0.4375, 0.4375, None, None)]
-
-
 def test_show(old, call):
     """`kb show` shows a version without intervals."""
     code, out, err = call("kb", "show", "--data", old.root)
@@ -125,14 +117,15 @@ def test_diff(old, call):
 
 
 def test_sql(old, call):
-    """The view of behaviours has the rows of both, in the order of the columns."""
+    """The view of behaviours has the rows of both, in the order of the columns; the mean is that of all instances."""
     names = list(Behaviours.dtypes())
     assert ask(refresh(old)[0], "from behaviours").columns == names, "of old files alone, too"
     add(old)
     found = ask(refresh(old)[0], "from behaviours order by version, behaviour_id")
     assert found.columns == names
-    assert found.select("version", "behaviour_id", "support", "low").rows() == [
-        (1, "striker-011", 8, None), (1, "striker-046", 4, None), (2, "striker-011", 8, None), (2, "striker-046", 16, None)]
+    assert found.select("version", "behaviour_id", "support", "value", "mean", "low", "x").rows() == [
+        (1, "striker-011", 8, 0.5, None, None, None), (1, "striker-046", 4, 0.25, None, None, None),
+        (2, "striker-011", 8, 0.5, 0.5, None, None), (2, "striker-046", 16, 0.4375, 0.4375, None, None)]
     code, out, err = call("sql", "from behaviours", "--json", "--data", old.root)
     assert (code, len(json.loads(out)), err) == (0, 4, "")
 
