@@ -175,16 +175,6 @@ class TestVelocities:
         assert seen[-1, 1, [VX, VY, OMEGA]] == pytest.approx([0.6, 0.0, 3.0], abs=off_omega)
         assert (seen[:, 2, VX:] == 0).all()
 
-    def test_spread_is_the_filters(self):
-        """The spread of velocities is the one that theory gives for the filter."""
-        # Brookner's variance of the velocity, 2 h² / (g (4 - 2 g - h)) in units of noise a frame
-        seen, _ = film(camera(position_noise=0.003), standing(8000))
-        theta = math.exp(-1 / (HZ * 0.05))
-        g, h = 1 - theta**2, (1 - theta) ** 2
-        expected = 0.003 * HZ * math.sqrt(2 * h * h / (g * (4 - 2 * g - h)))
-        assert expected == pytest.approx(0.017, abs=1e-3)
-        assert seen[100:, :, [VX, VY]].std(axis=0) == pytest.approx(np.full((3, 2), expected), rel=0.1)
-
     def test_true_ones_hidden(self):
         """The true velocities are never shown."""
         match = standing(20)

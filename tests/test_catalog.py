@@ -116,16 +116,6 @@ def test_open_notebook(tmp_path):
         assert notebook.execute("select count(*) from goals").fetchone() == (1,)
 
 
-def test_not_rebuilt(tmp_path):
-    """The catalogue is rebuilt only if something changed."""
-    store = Store(tmp_path)
-    put_goal(store, "m-1", 1)
-    before = refresh(store)[0].stat().st_ino
-    assert refresh(store)[0].stat().st_ino == before
-    put_goal(store, "m-2", 1)
-    assert refresh(store)[0].stat().st_ino != before
-
-
 def test_moved_folder(tmp_path):
     """A data folder that was moved gets a new catalogue."""
     put_goal(Store(tmp_path / "a"), "m-1", 1)

@@ -49,14 +49,6 @@ def notes(game: MatchLog, flaw: str) -> list[str]:
     return game.quality.filter(pl.col("flaw") == flaw)["note"].to_list()
 
 
-def test_whole() -> None:
-    """A whole log is complete and has no flaw but what a referee would say: the direction, and goals."""
-    game = match(log(WHOLE, index=True))
-    assert game.info.complete
-    assert set(flaws(game)) == UNREFEREED
-    assert numbers(game) == list(range(60))
-
-
 @pytest.mark.parametrize("inside", [1, HEAD - 1, HEAD, HEAD + 20])
 def test_cut_off(inside: int) -> None:
     """A log that ends within a message is read up to it."""

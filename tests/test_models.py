@@ -88,18 +88,6 @@ class TestTrees:
         for each in (table, new):
             np.testing.assert_allclose(trees.logits(ours, each), theirs.decision_function(each), atol=1e-9)
 
-    def test_nan(self):
-        """NaN goes the way that it went when the trees grew."""
-        rng = np.random.default_rng(3)
-        table = rng.normal(size=(300, 1)).astype(np.float32)
-        missing = np.arange(300) % 3 == 0
-        table[missing] = np.nan
-        for scores in (missing, ~missing):
-            ours = grow(table, scores, SMALL)
-            unknown, known = trees.logits(ours, np.array([[np.nan], [0.0]], dtype=np.float32))
-            assert (unknown > known) == scores[0]
-
-
 class TestModels:
     @BOTH
     def test_obvious_rule(self, settings):

@@ -133,14 +133,6 @@ def test_time_counts_in_seconds():
     assert table["q"][0] == pytest.approx(0.9**2.5, abs=1e-15)
 
 
-def test_nothing_known():
-    """Without knowledge and matches the policy is empty."""
-    table, report = train([], Occasions.empty(), None, PolicySettings(), 1, 1)
-    assert table.schema == Policies.empty().schema
-    assert len(table) == 0
-    assert (report.matches, report.pairs, report.decisions) == (0, 0, 0)
-
-
 plays = st.lists(
     st.tuples(
         st.sampled_from(["goalkeeper", "midfield", "striker"]), st.integers(0, 3), st.sampled_from([21, 46, 194]),

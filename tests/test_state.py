@@ -145,32 +145,24 @@ class TestLevels:
             "ball direction": "0 degrees", "ball velocity": "medium", "score": "drawing", "game situation": "normal",
         }
 
-    @pytest.mark.parametrize(("heading", "level"), [
-        (0.0, "front"), (pi / 4 - 0.01, "front"), (pi / 4 + 0.01, "side"), (-pi / 2, "side"),
-        (3 * pi / 4 - 0.01, "side"), (3 * pi / 4 + 0.01, "back"), (pi, "back"),
+    @pytest.mark.parametrize(("element", "places", "levels"), [
+        # a robot faces the ball within 45 degrees, and has it behind beyond 135
+        ("orientation of own midfield to ball", [{"home_2": (-0.3, 0.0, heading, "m")} for heading in (
+            0.0, pi / 4 - 0.01, pi / 4 + 0.01, -pi / 2, 3 * pi / 4 - 0.01, 3 * pi / 4 + 0.01, pi)],
+         ["front", "front", "side", "side", "side", "back", "back"]),
+        # it points at a goal within an angle that widens as the goal gets near: 45 degrees at 0.2 m
+        ("orientation of own striker to its adversary's goal", [{"home_3": (x, 0.0, pi / 5, "s")} for x in (0.0, 0.55)],
+         ["away", "pointing"]),
+        ("distance of ball to own goal", [{"ball": (x, 0.0)} for x in (-0.75, -0.36, -0.34, 0.01, 0.36)],
+         ["very close", "very close", "close", "far", "far"]),
+        ("distance of ball to adversary's goal", [{"ball": (x, 0.0)} for x in (-0.75, -0.36, -0.34, 0.01, 0.36)],
+         ["far", "far", "far", "close", "very close"]),
+        ("ball velocity", [{"ball": (0.0, 0.0, speed, 0.0)} for speed in (0.0, 0.09, 0.11, 0.59, 0.61)],
+         ["slow", "slow", "medium", "medium", "fast"]),
     ])
-    def test_orientation_to_ball(self, heading, level):
-        """A robot faces the ball within 45 degrees, and has it behind beyond 135."""
-        scene = SIX | {"home_2": (-0.3, 0.0, heading, "m")}
-        assert see(bodies([0.0], ball=(0.0, 0.0), **scene))["orientation of own midfield to ball"] == level
-
-    def test_orientation_to_goal(self):
-        """The angle within which a robot points at a goal widens as the goal gets near."""
-        name = "orientation of own striker to its adversary's goal"
-        far = SIX | {"home_3": (0.0, 0.0, pi / 5, "s")}
-        near = SIX | {"home_3": (0.55, 0.0, pi / 5, "s")}  # 0.2 m before a mouth of 0.4 m: 45 degrees
-        assert see(bodies([0.0], ball=(0.0, 0.0), **far))[name] == "away"
-        assert see(bodies([0.0], ball=(0.0, 0.0), **near))[name] == "pointing"
-
-    @pytest.mark.parametrize(("x", "own", "adversary"), [
-        (-0.75, "very close", "far"), (-0.36, "very close", "far"), (-0.34, "close", "far"),
-        (0.01, "far", "close"), (0.36, "far", "very close"),
-    ])
-    def test_ball_to_goals(self, x, own, adversary):
-        """The ball is very close to, close to or far from each goal."""
-        seen = see(bodies([0.0], ball=(x, 0.0), **SIX))
-        assert (seen["distance of ball to own goal"], seen["distance of ball to adversary's goal"]) == (
-            own, adversary)
+    def test_bounds(self, element, places, levels):
+        """A level begins and ends where it is said to."""
+        assert [see(bodies([0.0], **{"ball": (0.0, 0.0), **SIX, **place}))[element] for place in places] == levels
 
     @pytest.mark.parametrize(("degrees", "sector"), [(0, 0), (22, 0), (23, 45), (90, 90), (-90, 270), (-23, 315),
                                                     (180, 180), (-180, 180), (-22, 0)])
@@ -180,12 +172,6 @@ class TestLevels:
         table = bodies([0.0], ball=(0.0, 0.0, *velocity), **SIX)
         assert see(table)["ball direction"] == f"{sector} degrees"
         assert see(table, team=1)["ball direction"] == f"{(sector + 180) % 360} degrees"
-
-    @pytest.mark.parametrize(("speed", "level"), [(0.0, "slow"), (0.09, "slow"), (0.11, "medium"), (0.59, "medium"),
-                                                  (0.61, "fast")])
-    def test_ball_velocity(self, speed, level):
-        """The ball is of medium speed from 0.1 m/s and fast from 0.6 m/s."""
-        assert see(bodies([0.0], ball=(0.0, 0.0, speed, 0.0), **SIX))["ball velocity"] == level
 
     def test_scale(self):
         """The bounds of levels scale with the kind of match."""

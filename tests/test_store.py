@@ -149,16 +149,6 @@ def test_other_code(tmp_path, monkeypatch):
     assert put(store, 2).software == "pitchlore 9.9+00000000"
 
 
-def test_damaged_file(tmp_path):
-    """A damaged file is written again."""
-    store = Store(tmp_path)
-    receipt = put(store, 1)
-    path = tmp_path / receipt.files["goals"].path
-    path.write_bytes(path.read_bytes()[:-1] + b"?")
-    assert put(store, 1) == receipt
-    assert store.intact(receipt)
-
-
 def test_confirmed_version(tmp_path):
     """The content found in a version is remembered as long as it is the newest."""
     store = Store(tmp_path)
@@ -241,15 +231,6 @@ def test_killed_writer(tmp_path):
     assert store.sweep() == 1
     assert not list(tmp_path.rglob(".*.tmp"))
     assert put_version(store, 1) == 1
-
-
-def test_sweep(tmp_path):
-    """A sweep leaves what a living process is writing."""
-    store = Store(tmp_path)
-    with store.aside(tmp_path / "goals" / "x.parquet") as temporary:
-        temporary.write_bytes(b"work")
-        assert store.sweep() == 0
-        assert temporary.exists()
 
 
 def test_verify(tmp_path):
