@@ -15,7 +15,6 @@ from support.receipts import put_receipt, receipt_at
 
 from pitchlore.flows.cli import COMMANDS
 from pitchlore.flows.commands.playing import Learners, Playing, option
-from pitchlore.flows.commands.printing import print_frame
 from pitchlore.flows.commands.run import _print_rounds
 from pitchlore.flows.commands.run import run as run_command
 from pitchlore.flows.commands.situations import situations as situations_command
@@ -79,12 +78,6 @@ def test_run_on_an_older_folder(copied):
     said = receipt_at(file)
     put_receipt(file, said, details={"report": said["details"]["reports"][0]})
     _print_rounds(Store(copied))
-
-
-def test_titles(capsys):
-    """A title is text: names of teams are neither markup nor orders to the terminal."""
-    print_frame(pl.DataFrame({"a": [1]}), title="[/] [red]x \x1b[31m\n y")
-    assert r"[/][red]x\x1b[31m\ny" in "".join(capsys.readouterr().out.split())
 
 
 def test_evaluate_output(call, tmp_path):
@@ -304,25 +297,19 @@ def test_train_without_knowledge(call, tmp_path):
 
 
 @pytest.mark.parametrize(("text", "said"), [
+    (None, "cannot be read (No such file or directory)."),
     ("policies = 3", "policies"),
-    ("[policies]\nsweep = 3", "policies.sweep: there is no such key, only"),
     ("[policies\n", "is not TOML"),
 ])
 def test_bad_settings(call, tmp_path, text, said):
     """The error of bad settings names the file and what is wrong in it."""
     path = tmp_path / "s.toml"
-    path.write_text(text)
+    if text is not None:
+        path.write_text(text)
     code, _, err = call("run", "--settings", path, "--data", tmp_path)
     assert code == 1
     assert said in err
-    assert str(path) in err
-
-
-def test_missing_settings_are_named(call, tmp_path):
-    """A settings file that is missing is named."""
-    code, _, err = call("train", "--settings", tmp_path / "gone.toml", "--data", tmp_path)
-    assert code == 1
-    assert err.startswith(f"pitchlore: {tmp_path / 'gone.toml'}: cannot be read (No such file or directory).")
+    assert err.startswith(f"pitchlore: {path}: ")
 
 
 def test_no_traceback_without_debug(call, finished, monkeypatch):

@@ -262,11 +262,12 @@ def test_markdown():
         assert not re.search(r"[\[\]()<>!`|]", bare), line
 
 
-@pytest.mark.parametrize("title", ["", "of \x1b[31m[red]"])
+@pytest.mark.parametrize("title", ["", "[/] [red]x \x1b[31m\n y"])
 def test_cells(capsys, title):
     """A table for people shows what a cell holds, and no more."""
     print_frame(pl.DataFrame({"a": ["\x1b]0;owned\x07[bold]x[/bold]\nnext"]}), title=title)
     shown = capsys.readouterr().out
+    assert "".join(printable(title, 100).split()) in "".join(shown.split()), "it is neither markup nor an order to the terminal"
     assert r"\x1b]0;owned\x07[bold]x[/bold]\nnext" in shown
     assert "\x1b]" not in shown
 

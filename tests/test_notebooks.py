@@ -9,8 +9,6 @@ import sys
 import pytest
 from support.notebooks import NOTEBOOKS, executed, read, sample_data, shown
 
-from pitchlore.flows.cli import main
-
 
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory):
@@ -46,25 +44,19 @@ def test_notebook_uses_the_face(path):
     assert not re.search(r"(from|import) pitchlore\.", source)
 
 
-def notebooks(folder, *options) -> int:
-    """Exit code of the command."""
-    with pytest.raises(SystemExit) as ended:
-        main(["notebooks", str(folder), *options])
-    return ended.value.code or 0
-
-
-def test_copies(tmp_path, capsys):
+def test_copies(tmp_path, call):
     """The command copies the notebooks that are not there and leaves those that are."""
     kept = tmp_path / NOTEBOOKS[0].name
     kept.write_text("mine", encoding="utf-8")
-    assert notebooks(tmp_path, "--no-open") == 0
+    code, out, _ = call("notebooks", tmp_path, "--no-open")
+    assert code == 0
     assert kept.read_text(encoding="utf-8") == "mine"
     for path in NOTEBOOKS[1:]:
         assert (tmp_path / path.name).read_bytes() == path.read_bytes()
-    assert kept.name not in capsys.readouterr().out
+    assert kept.name not in out
 
 
-def test_half_a_copy(tmp_path, monkeypatch, capsys):
+def test_half_a_copy(tmp_path, monkeypatch, call):
     """A notebook that could not be copied is not there, and the next call copies it."""
 
     def full(*_: object) -> None:
@@ -72,32 +64,32 @@ def test_half_a_copy(tmp_path, monkeypatch, capsys):
 
     with monkeypatch.context() as patched:
         patched.setattr("os.replace", full)
-        assert notebooks(tmp_path, "--no-open") == 1
-    assert "cannot be written (No space left on device)" in capsys.readouterr().err
+        code, _, err = call("notebooks", tmp_path, "--no-open")
+    assert (code, "cannot be written (No space left on device)" in err) == (1, True)
     assert list(tmp_path.iterdir()) == []
-    assert notebooks(tmp_path, "--no-open") == 0
+    assert call("notebooks", tmp_path, "--no-open")[0] == 0
     assert len(list(tmp_path.iterdir())) == len(NOTEBOOKS)
 
 
-def test_file_as_folder(tmp_path, capsys):
+def test_file_as_folder(tmp_path, call):
     (tmp_path / "file").touch()
-    assert notebooks(tmp_path / "file", "--no-open") == 1
-    assert "is not a folder" in capsys.readouterr().err
+    code, _, err = call("notebooks", tmp_path / "file", "--no-open")
+    assert (code, "is not a folder" in err) == (1, True)
 
 
-def test_opens(tmp_path, monkeypatch):
+def test_opens(tmp_path, monkeypatch, call):
     """The command hands over to JupyterLab, with the data folder in the environment."""
     asked = {}
     monkeypatch.setattr("pitchlore.flows.commands.notebooks.find_spec", lambda name: name)
     monkeypatch.setattr("os.execve", lambda program, command, environment: asked.update(
         program=program, command=command, data=environment["PITCHLORE_DATA"]))
-    notebooks(tmp_path / "nb", "--data", str(tmp_path / "league"))
+    call("notebooks", tmp_path / "nb", "--data", tmp_path / "league")
     assert asked == {"program": sys.executable, "data": str(tmp_path / "league"),
                      "command": [sys.executable, "-P", "-m", "jupyterlab", str(tmp_path / "nb")]}
 
 
-def test_without_jupyterlab(tmp_path, monkeypatch, capsys):
+def test_without_jupyterlab(tmp_path, monkeypatch, call):
     """Without JupyterLab the command says in one line what to install."""
     monkeypatch.setattr("pitchlore.flows.commands.notebooks.find_spec", lambda name: None)
-    assert notebooks(tmp_path, "--data", str(tmp_path)) == 1
-    assert "Install pitchlore[notebooks]" in capsys.readouterr().err
+    code, _, err = call("notebooks", tmp_path, "--data", tmp_path)
+    assert (code, "Install pitchlore[notebooks]" in err) == (1, True)

@@ -173,15 +173,6 @@ def test_numbers_are_those_of_the_tables(store, pages):
         assert row.split("<td>")[:2] == [str(counts.count(side)) for side in ("home", "away")]
 
 
-def test_what_stands_is_kept(store, tmp_path):
-    """A call writes nothing where all pages stand, and one that is missing."""
-    own = Store(shutil.copytree(store.root, tmp_path / "data"))
-    found = write_pages(own)
-    assert found.new == 0 < found.kept
-    next((own.root / "scout" / "matches").iterdir()).unlink()
-    assert write_pages(own).new == 1, "what is missing is written again"
-
-
 @pytest.mark.slow
 def test_matches_come_and_go(store, tmp_path):
     """A match of teams that are known leaves the pages of the other matches, whatever was learned from it; one that is forgotten takes its own along."""

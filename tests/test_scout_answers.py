@@ -14,7 +14,7 @@ from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
 from pitchlore.pipeline.views.scout.content.sources import against_itself, matches_in_words, played, team_name
 from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead, Numbers, over_matches
-from pitchlore.pipeline.views.scout.scored import Scored, again, scored, summary
+from pitchlore.pipeline.views.scout.scored import again, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
 from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
 from pitchlore.pipeline.views.scout.zones import robot_numbers as played_by
@@ -116,6 +116,7 @@ def test_goals():
     assert (direct.distance, direct.third, direct.run) == (pytest.approx(0.3), 2, (1, 21)), "not what came after the shot"
     assert (error.distance, error.run, error.clip.team, error.clip.robot) == (None, (), "away", 2)
     assert (indirect.distance, indirect.run) == (None, (1, 21))
+    assert (indirect.clip.says, indirect._replace(t_ns=2 * S).clip.start_s) == ("indirect goal", 0.0)
     assert (unknown.kind, unknown.run) == ("unknown", ())
 
 
@@ -223,12 +224,6 @@ def test_counted():
     assert matches_in_words(14, 3) == "14 matches, 3 of them against itself, which count from both sides"
     assert matches_in_words(2, 1) == "2 matches, 1 of them against itself, which counts from both sides"
     assert against_itself(team_name("a", "vsss"), []) == 0
-
-
-def test_clip_of_a_goal():
-    """The clip of a goal says its kind."""
-    goal = Scored(MATCH, "home", 2 * S, 1, "direct", None, None, ())
-    assert (goal.clip.says, goal.clip.start_s) == ("direct goal", 0.0)
 
 
 # ---- in a browser

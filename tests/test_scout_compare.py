@@ -157,8 +157,6 @@ def test_one_version_compared_with_itself(pages, page):
     assert re.match(r"\d+ in both, 0 only in .*, 0 only in .*no interval", text)
 
 
-
-
 @pytest.mark.slow
 def test_partner_of_a_team(pages, page):
     """The team that is compared with is one of its league that it has played, and the behaviours are those teams'."""

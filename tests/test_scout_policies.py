@@ -16,7 +16,6 @@ from support.league import HOSTILE, copied, serious
 from support.played import looking
 from test_scout import text_of
 
-from pitchlore.flows.cli import main
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
@@ -161,11 +160,13 @@ def test_links(pages):
 
 @pytest.mark.slow
 def test_what_stands_is_kept(store, tmp_path):
-    """A second call writes nothing; a new policy has its pages written, and no page of a match."""
+    """A second call writes nothing but a page that is missing; a new policy has its pages written, and no page of a match."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
     own = Store(tmp_path / "data")
     write_pages(own)
     assert write_pages(own).new == 0
+    next((own.root / "scout" / "matches").iterdir()).unlink()
+    assert write_pages(own).new == 1, "what is missing is written again"
     other = COARSER.policies.model_copy(update={"discount": 0.9})
     emit(own, STAGES["policies"], other, scope_of(own))
     assert write_pages(own).new == 2
@@ -174,7 +175,7 @@ def test_what_stands_is_kept(store, tmp_path):
 
 
 @pytest.mark.slow
-def test_older_policy(store, tmp_path, capsys):
+def test_older_policy(store, tmp_path, call):
     """A policy that was trained before states were kept says so; the next run makes one that has them."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout", "policies"))
     own = Store(tmp_path / "data")
@@ -189,10 +190,8 @@ def test_older_policy(store, tmp_path, capsys):
     page = policy_page(write_pages(own))
     assert "trained before" in page
     assert not [it for it in newest_policies(own, list(played(own))) if it.reported]
-    with pytest.raises(SystemExit) as stopped:
-        main(["policy", "show", "--data", str(own.root)])
-    assert stopped.value.code == 1
-    assert "pitchlore train" in capsys.readouterr().err
+    code, _, err = call("policy", "show", "--data", own.root)
+    assert (code, "pitchlore train" in err) == (1, True)
     manifest, new = emit(own, stage, COARSER.policies, scope_of(own))
     assert (manifest.version, new) == (2, True)
     assert "How many states" in policy_page(write_pages(own))
@@ -267,23 +266,18 @@ def test_no_policy(tmp_path_factory):
     assert not list((own.root / "scout").glob("policies/*"))
 
 
-def test_command(store, capsys):
+def test_command(store, call):
     """``policy show`` prints states in words, those that were asked for; unknown names are one line."""
     for words in ([], ["--role", "striker", "--key", "self6", "--unsure"]):
-        with pytest.raises(SystemExit) as stopped:
-            main(["policy", "show", *words, "--json", "--data", str(store.root)])
-        assert stopped.value.code == 0
-        rows = json.loads(capsys.readouterr().out)
+        code, out, _ = call("policy", "show", *words, "--json", "--data", store.root)
+        rows = json.loads(out)
+        assert code == 0
         assert rows
         assert not words or {(row["role"], row["key"]) for row in rows} == {("striker", "self6")}
         assert all(len(row["elements"]) == int(re.sub(r"\D", "", row["key"])) for row in rows)
-    with pytest.raises(SystemExit):
-        main(["policy", "show", "--key", "self6", "--most", "1", "--data", str(store.root)])
-    assert "distance of ball to own goal: " in capsys.readouterr().out
-    with pytest.raises(SystemExit) as stopped:
-        main(["policy", "show", "--role", "libero", "--data", str(store.root)])
-    assert stopped.value.code == 1
-    assert "no role 'libero'" in capsys.readouterr().err
+    assert "distance of ball to own goal: " in call("policy", "show", "--key", "self6", "--most", "1", "--data", store.root)[1]
+    code, _, err = call("policy", "show", "--role", "libero", "--data", store.root)
+    assert (code, "no role 'libero'" in err) == (1, True)
 
 
 # ---- restarts

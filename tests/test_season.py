@@ -49,16 +49,16 @@ def rows(data, own=None, table="games"):
 
 
 def test_rows(played):
-    """Each game has a row of its own and a row of growth for each role."""
-    assert rows(played)["game"].to_list() == [1, 2, 3]
-    assert rows(played, table="growth").height == 9
-
-
-def test_first_game(played):
-    """The first game is played knowing nothing."""
-    first = rows(played).row(0, named=True)
-    assert first["policy_version"] is None
-    assert first["other_actions"] == 0 < first["actions"]
+    """Each game has a row and one of growth a role, which only grows; the first knows nothing, and the lead comes in its time."""
+    games, growth = rows(played), rows(played, table="growth").sort("role", "game")
+    assert games["game"].to_list() == [1, 2, 3]
+    assert games["lead"].to_list() == [0, 0, 100]
+    assert games["policy_version"][0] is None
+    assert games["other_actions"][0] == 0 < games["actions"][0]
+    assert growth.height == 9
+    for _, role in growth.group_by("role"):
+        for column in ("states", "behaviours", "pairs"):
+            assert role[column].is_sorted()
 
 
 def test_next_game(played):
@@ -96,11 +96,6 @@ def test_apprentice(tmp_path):
     assert receipt.settings["home"]["policy"] == label
 
 
-def test_lead(played):
-    """The lead comes when the settings say."""
-    assert rows(played)["lead"].to_list() == [0, 0, 100]
-
-
 def test_knowledge(played):
     """The knowledge holds the adversary's behaviours and the states of both teams."""
     own = loop.store_of(played, season())
@@ -110,14 +105,6 @@ def test_knowledge(played):
     assert known.filter(at_random).height > 0  # states that the apprentice was in
     learned = own.read_table(own.latest("policies"), "policies", Policies)
     assert learned.height == known.height
-
-
-def test_growth(played):
-    """Knowledge and states only grow."""
-    growth = rows(played, table="growth").sort("role", "game")
-    for _, role in growth.group_by("role"):
-        for column in ("states", "behaviours", "pairs"):
-            assert role[column].is_sorted()
 
 
 def test_same_season(played, tmp_path):

@@ -212,18 +212,9 @@ def reported(tmp_path_factory):
     data = tmp_path_factory.mktemp("report")
     put(Store(data), *world(5))
     export = data / "export"
-    main_ok(["report", "--export", str(export), "--data", str(data)])
+    with pytest.raises(SystemExit, match="0"):
+        main(["report", "--export", str(export), "--data", str(data)])
     return data, export
-
-
-def main_ok(words):
-    """Run a command that must succeed, whether it returns or exits."""
-    stopped = None
-    try:
-        main(words)
-    except SystemExit as error:
-        stopped = error.code
-    assert not stopped
 
 
 def test_page(reported):
@@ -283,12 +274,10 @@ def taught(tmp_path):
     return store
 
 
-def test_preferences_in_report(taught, capsys):
+def test_preferences_in_report(taught, call):
     """A report says what the apprentices of the best settings do, as long as their policy is there."""
-    main_ok(["report", "--data", str(taught.root)])
-    assert "preferred behaviours of the best apprentices" in capsys.readouterr().out
-    main_ok(["report", "--json", "--data", str(taught.root)])
-    (goalkeeper, _, striker) = json.loads(capsys.readouterr().out)["preferences"]
+    assert "preferred behaviours of the best apprentices" in call("report", "--data", taught.root)[1]
+    (goalkeeper, _, striker) = json.loads(call("report", "--json", "--data", taught.root)[1])["preferences"]
     assert goalkeeper["does"] == "044 Robot reaches the ball, 021 Robot kicks the ball"  # as cautious as it plays
     assert striker == {"settings": "best", "opponent": "static", "season": SHORT.id, "role": "striker",
                        "does": "021 Robot kicks the ball", "worth": 0.5, "evidence": 1000.0}
@@ -361,31 +350,31 @@ def test_evaluations_left_out(taught, monkeypatch):
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)
 
 
-def test_json(reported, capsys):
+def test_json(reported, call):
     """The report as JSON has the sections of the page and the verdicts on the claims."""
     data, _ = reported
-    main_ok(["report", "--json", "--data", str(data)])
-    said = json.loads(capsys.readouterr().out)
+    code, out, _ = call("report", "--json", "--data", data)
+    said = json.loads(out)
+    assert code == 0
     assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out", "preferences",
                          "kick_offs", "sensitivity", "note"}
     assert {row["verdict"] for row in said["claims"]} >= {"reproduced", "contradictory", "by construction", "not reproduced"}
 
 
-def test_no_seasons(tmp_path, capsys):
+def test_no_seasons(tmp_path, call):
     """Without a season the command fails and names the next step."""
     (tmp_path / "inbox").mkdir()
-    with pytest.raises(SystemExit) as stopped:
-        main(["report", "--data", str(tmp_path)])
-    assert stopped.value.code == 1
-    assert "no season has been played. Play one with `pitchlore season`" in capsys.readouterr().err
+    code, _, err = call("report", "--data", tmp_path)
+    assert code == 1
+    assert "no season has been played. Play one with `pitchlore season`" in err
 
 
-def test_broken_receipt(tmp_path, capsys):
+def test_broken_receipt(tmp_path, call):
     """A season whose receipt cannot be read is named and left out."""
     store = Store(tmp_path)
     put(store, *tables(season("paper", "static", 1, last=2), season("paper", "static", 2, last=2)))
     (tmp_path / "seasons" / "paper-static-s2.receipt.json").write_text("{")
-    main_ok(["report", "--json", "--data", str(tmp_path)])
-    reported = capsys.readouterr()
-    assert "season paper-static-s2 is left out" in reported.err
-    assert [row["seasons"] for row in json.loads(reported.out)["played"]] == [1]
+    code, out, err = call("report", "--json", "--data", tmp_path)
+    assert code == 0
+    assert "season paper-static-s2 is left out" in err
+    assert [row["seasons"] for row in json.loads(out)["played"]] == [1]
