@@ -58,33 +58,24 @@ BESIDE_THE_PATH = {(AWAY, 2): (0.4, 0.06)}
 # ---- rule 1 and 2: last touch by the scoring team
 
 
-@pytest.mark.parametrize("code", [21, 11, 1])
-def test_direct(code):
-    """An own action on a line into the goal is direct."""
-    assert verdict(shot(), ("home", 1, code, 1.9, 2.3)) == (1, "direct")
+@pytest.mark.parametrize(("done", "kind"), [
+    *(([("home", 1, code, 1.9, 2.3)], "direct") for code in (21, 11, 1)),
+    *(([("home", 1, code, 1.9, 2.3)], "indirect") for code in (47, 194)),
+    ([], "indirect"),
+    ([("home", 3, 21, 1.9, 2.3)], "indirect"),  # of another robot
+    ([("away", 1, 21, 1.9, 2.3)], "indirect"),
+    ([("home", 1, 21, 0.5, 1.9)], "indirect"),  # over before the last touch
+    ([("home", 1, 21, 2.2, 2.6)], "indirect"),  # begun after it
+])
+def test_direct(done, kind):
+    """An own action on a line into the goal is direct, any other last touch by the scoring team indirect."""
+    assert verdict(shot(), *done) == (1, kind)
 
 
 def test_off_the_line():
     """An own action off a line into the goal is indirect."""
     assert verdict(shot(aside=0.19), KICK) == (1, "direct")
     assert verdict(shot(aside=0.3, turns_at=0.3), KICK) == (1, "indirect")
-
-
-@pytest.mark.parametrize(
-    "done",
-    [
-        [],
-        [("home", 1, 47, 1.9, 2.3)],
-        [("home", 1, 194, 1.9, 2.3)],
-        [("home", 3, 21, 1.9, 2.3)],  # of another robot
-        [("away", 1, 21, 1.9, 2.3)],
-        [("home", 1, 21, 0.5, 1.9)],  # over before the last touch
-        [("home", 1, 21, 2.2, 2.6)],  # begun after it
-    ],
-)
-def test_indirect(done):
-    """Any other last touch by the scoring team is indirect."""
-    assert verdict(shot(), *done) == (1, "indirect")
 
 
 @pytest.mark.parametrize(("team", "robot", "kind"), [(HOME, 1, "direct"), (AWAY, 3, "error")])
@@ -140,18 +131,17 @@ def wide(aside, **changes):
     return shot(aside=aside, turns_at=0.4, others={(AWAY, 2): (0.4, aside * 0.4 / 0.75 + 0.05)}, **changes)
 
 
-@pytest.mark.parametrize(("aside", "by"), [(0.19, 1), (0.46, 1), (0.48, 2), (0.6, 2)])
-def test_turned_in(aside, by):
-    """A ball turned in is the shooter's if it would pass the goal's middle at 0.4 m, else the adversary's error."""
-    assert verdict(wide(aside), KICK) == (by, "indirect" if by == 1 else "error")
-    assert verdict(wide(aside)) == (by, "indirect" if by == 1 else "error")  # it need not be a kick
+@pytest.mark.parametrize(("aside", "changes", "by"), [
+    (0.19, {}, 1), (0.46, {}, 1), (0.48, {}, 2), (0.6, {}, 2),
+    (0.19, {"beside": 1.0}, 1), (0.39, {"beside": 1.0}, 2), (0.6, {"beside": 3.5}, 1),
+])
+def test_turned_in(aside, changes, by):
+    """A ball turned in is the shooter's if it would pass the goal's middle at 0.4 m, else the adversary's error.
 
-
-def test_beside():
-    """The setting `beside` says how far beside the goal a shot may be aimed."""
-    assert verdict(wide(0.19), KICK, beside=1.0) == (1, "indirect")
-    assert verdict(wide(0.39), KICK, beside=1.0) == (2, "error")
-    assert verdict(wide(0.6), KICK, beside=3.5) == (1, "indirect")
+    The setting `beside` says how far beside the goal a shot may be aimed.
+    """
+    assert verdict(wide(aside), KICK, **changes) == (by, "indirect" if by == 1 else "error")
+    assert verdict(wide(aside), **changes) == (by, "indirect" if by == 1 else "error")  # it need not be a kick
 
 
 def test_back_pass():

@@ -147,6 +147,14 @@ def test_inflate() -> None:
     with pytest.raises(BadRecording, match=r"^a\.gz: .*cut off"):
         source.inflate(packed[:11], "a.gz")
 
+    stored = gzip.compress(noise, compresslevel=0)  # the damage is met at a block's head
+    half = len(stored) // 2
+    data, damage = source.inflate(stored[:half] + b"\xff" * half, "a.gz")
+    assert damage is not None
+    assert "corrupt" in damage
+    assert len(data) > 0.45 * len(noise)
+    assert noise.startswith(data[: int(0.45 * len(noise))])
+
 
 @pytest.mark.parametrize(
     ("name", "slug"),
@@ -170,18 +178,6 @@ def test_hostile_names_become_safe(name: str, slug: str) -> None:
 def test_valid_identity(name: str, data: bytes) -> None:
     """Every file name makes a valid match id."""
     assert re.fullmatch(r"[a-z0-9][a-z0-9-]{0,63}", open_source(b"x" + data, name).match_id)
-
-
-def test_corrupt_gzip() -> None:
-    """Content before the damage of a corrupt gzip stream is kept."""
-    noise = random.Random(2).randbytes(300_000).hex().encode()
-    packed = bytearray(gzip.compress(noise, compresslevel=0))  # stored: the damage is met at a block's head
-    packed[len(packed) // 2 :] = b"\xff" * (len(packed) - len(packed) // 2)
-    data, damage = source.inflate(bytes(packed), "a.gz")
-    assert damage is not None
-    assert "corrupt" in damage
-    assert len(data) > 0.45 * len(noise)
-    assert noise.startswith(data[: int(0.45 * len(noise))])
 
 
 # --- what an import does to a file ----------------------------------------------------------------

@@ -63,12 +63,14 @@ def test_provider(provider: str) -> None:
 @NEEDS_KLOPPY
 @pytest.mark.parametrize("system", ["skillcorner", "kloppy", "tracab", "metrica", "sportec", "secondspectrum"])
 def test_coordinates(system: str) -> None:
-    """The places do not depend on the coordinate system that a dataset is in, whatever its units and axes."""
+    """The places do not depend on the coordinate system that a dataset is in; the match's id is of its positions."""
     from kloppy import skillcorner
 
     meta, raw = ((FILES / name).read_bytes() for name in RECORDINGS["skillcorner"])
-    match = match_of_dataset(skillcorner.load(meta, raw, coordinates=system))
-    reported = shipped("skillcorner")
+    dataset = skillcorner.load(meta, raw, coordinates=system)
+    match, reported = match_of_dataset(dataset), shipped("skillcorner")
+    assert match.info.match_id.startswith("1-")
+    assert match_of_dataset(dataset).info.match_id == match.info.match_id
     for field in ("x", "y"):
         assert np.allclose(match.frames.robots[field], reported.frames.robots[field], atol=2e-3)
         assert np.allclose(match.frames.ball[field], reported.frames.ball[field], atol=2e-3, equal_nan=True)
@@ -132,17 +134,6 @@ def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
         file=FILES / names[0], provider="pff", more=tuple(FILES / name for name in names[1:])))
     assert new
     assert receipt.details["heights"] == len(match.heights.t_ns)
-
-
-@NEEDS_KLOPPY
-def test_dataset_without_files() -> None:
-    """A dataset from anywhere becomes a match, whose id is of its positions."""
-    source = source_of("skillcorner", RECORDINGS["skillcorner"])
-    dataset = dataset_of(source)
-    match, again = match_of_dataset(dataset), match_of_dataset(dataset)
-    assert match.info.match_id == again.info.match_id
-    assert match.info.match_id.startswith("1-")
-    assert match.frames.robots.tobytes() == shipped("skillcorner").frames.robots.tobytes()
 
 
 def test_heights_of_a_log_without_any_change_nothing() -> None:

@@ -200,16 +200,6 @@ def test_crash_of_version(tmp_path, monkeypatch, error):
     assert put_version(store, 3) == len(store.versions("knowledge"))
 
 
-def test_full_disk(tmp_path, monkeypatch):
-    """A full disk is reported with the next step, and is worth a retry."""
-    with (
-        pytest.raises(StorageFailed, match=r"cannot be written \(No space left on device\)\. Free space") as caught,
-        failing_at(monkeypatch, 1, lambda: OSError(errno.ENOSPC, "No space left on device")),
-    ):
-        put(Store(tmp_path), 1)
-    assert caught.value.transient
-
-
 def test_killed_writer(tmp_path):
     """A writer that is killed leaves the old file; what it had begun is swept, the number that it claimed is free again."""
     store = Store(tmp_path)

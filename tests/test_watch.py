@@ -19,7 +19,7 @@ from support import ssl_games
 from support.recordings import same_frames
 from support.ssl_messages import integer, log
 from support.terminal import HUNG_UP, SCRIPT
-from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
+from test_packets import REFEREE, T0, VISION, imported, listed, of_log, vsss_packets
 
 from pitchlore.flows.commands.addresses import addressed
 from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
@@ -34,7 +34,6 @@ from pitchlore.pipeline.sessions.watching import Watched, watch
 from pitchlore.pipeline.store import Store
 
 HERE, THERE = ("10.0.0.1", 5000), ("10.0.0.2", 5000)
-T0 = 1_750_000_000_000_000_000
 #: Unicast loopback, on ports that are free.
 LOOPBACK = {league: tuple(stream._replace(group="127.0.0.1", port=0) for stream in streams)
             for league, streams in LEAGUES.items()}
