@@ -190,12 +190,15 @@ def test_goals_at_least(more):
 
 
 def test_one_match():
-    """A league of one match has no other match to learn from."""
+    """A league of one match has no other match to learn from; one in which every shot is a goal has nothing to tell goals from."""
     tables = league(1)
     models, report = fit_shots(tables, 1.0)
     assert judged(tables, models)["m0"].select("xg", "goals", "shots").unique().rows() == [(None, 0, 0)]
     assert "xg" not in report
     assert judged(tables, None)["m0"].select("xg", "goals", "shots").unique().rows() == [(None, 0, 0)]
+    tables = {match: (shots.with_columns(outcome=pl.lit("goal", dtype=shots.schema["outcome"])), pitch)
+              for match, (shots, pitch) in league(3).items()}
+    assert judged(tables, fit_shots(tables, 1.0)[0])["m0"]["xg"].null_count() == 60
 
 
 def test_no_shots():
@@ -206,13 +209,6 @@ def test_no_shots():
     assert judged(empty, models)["m0"].is_empty()
     with_one = league() | {"m9": (Shots.empty(), VSSS)}
     assert judged(with_one, fit_shots(with_one, 1.0)[0])["m0"].equals(judged(league(), fit_shots(league(), 1.0)[0])["m0"])
-
-
-def test_all_goals():
-    """Where every shot is a goal, there is nothing to tell goals from."""
-    tables = {match: (shots.with_columns(outcome=pl.lit("goal", dtype=shots.schema["outcome"])), pitch)
-              for match, (shots, pitch) in league(3).items()}
-    assert judged(tables, fit_shots(tables, 1.0)[0])["m0"]["xg"].null_count() == 60
 
 
 def test_unknown_way():

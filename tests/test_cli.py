@@ -140,7 +140,7 @@ def test_exported_evaluation(call, tmp_path):
     assert matches["goals_for"].mean() == reported["goals_for"]["value"]
     # played by others, then not at all
     for data in ("other", "data"):
-        assert call(*said["command"].split()[1:], "--on", "processes:2", "--export", again, "--data", tmp_path / data)[0] == 0
+        assert call(*said["command"].split()[1:], "--on", "threads:2", "--export", again, "--data", tmp_path / data)[0] == 0
         assert {file.name: file.read_bytes() for file in again.iterdir()} == {
             file.name: file.read_bytes() for file in first.iterdir()}
 

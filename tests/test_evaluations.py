@@ -123,16 +123,12 @@ def test_summary_of_pairs(scores):
     assert other.goal_difference.value == pytest.approx(-found.goal_difference.value)
 
 
-def test_swapped_sides():
-    """A pair is one seed played twice, with sides swapped."""
+def test_seeds_of_pairs():
+    """A pair is one seed played twice, with sides swapped; no two share one, and a team never plays itself twice by one."""
     (first, home), (second, away) = Pair(evaluation=short(), seed=3).matches()
     assert (first, second) == (0, 1)
     assert home.seed == away.seed
     assert (home.home, home.away) == (away.away, away.home)
-
-
-def test_seeds_of_pairs():
-    """No two pairs share a seed, and a team against itself never plays a match twice."""
     whole = short("static", "static")
     seeds = [recipe.seed for seed in range(5) for _, recipe in Pair(evaluation=whole, seed=seed).matches()]
     assert len(set(seeds)) == 10
@@ -141,15 +137,11 @@ def test_seeds_of_pairs():
     assert len(set.union(*swapped)) == 5
 
 
-def test_longest_names():
-    """The longest names of teams still name an evaluation."""
+def test_names_for_files(tmp_path):
+    """The longest names of teams still name an evaluation; a constant team names it in what every file system takes."""
     long = scripted("static").model_copy(update={"name": "a-very-long-name-of-settings-that-somebody-wrote-human-like-12"})
     rows = results_of_pair(Pair(evaluation=short().model_copy(update={"team": long, "opponent": long}), seed=0), {})
     assert rows["evaluation"].str.len_chars().max() == 64
-
-
-def test_names_for_files(tmp_path):
-    """A constant team names its evaluation in characters that every file system takes."""
     policies = {}
     team = entrant(Store(tmp_path), "constant:44/21/184", policies)
     rows = results_of_pair(Pair(evaluation=short().model_copy(update={"team": team}), seed=0), policies)

@@ -215,14 +215,8 @@ def test_lazy_over_earlier_versions(m, tmp_path):
     assert scan([], Goals).collect().equals(Goals.empty())
 
 
-def test_no_such_table(league):
-    """A table that does not exist is refused with the names of those that do."""
-    with pytest.raises(BadSettings, match=r"no table 'gols'.*goals"):
-        league.lazy("gols")
-
-
 def test_versions(league):
-    """Versions are those of the folder, with their tables; one that is not there is named."""
+    """Versions are those of the folder, with their tables; a version, table, policy or team that is not there is named."""
     known = league.knowledge()
     assert (known.version, known.parent, league.versions) == (1, None, {"knowledge": [1], "policies": []})
     assert known.behaviours.equals(league.lazy("behaviours").collect())
@@ -232,6 +226,12 @@ def test_versions(league):
         league.policy()
     with pytest.raises(NotFound, match="no version 7"):
         league.knowledge(7)
+    with pytest.raises(BadSettings, match=r"no table 'gols'.*goals"):
+        league.lazy("gols")
+    with pytest.raises(BadSettings, match="has learned nothing"):
+        league.team("static")
+    with pytest.raises(NotFound, match="there is no policy to play"):
+        league.team("learned")
 
 
 def test_played_again(tmp_path):
@@ -317,11 +317,3 @@ def test_dataset_of_kloppy():
     assert ours.info["duration_s"] == theirs.info["duration_s"]
     assert ours.flaws == theirs.flaws
     assert ours.trajectories.height == theirs.trajectories.height > 100
-
-
-def test_teams_of_a_league(league):
-    """A team that has learned nothing is none; without a policy the error says how to get one."""
-    with pytest.raises(BadSettings, match="has learned nothing"):
-        league.team("static")
-    with pytest.raises(NotFound, match="there is no policy to play"):
-        league.team("learned")

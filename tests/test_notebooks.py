@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import errno
 import re
+import shutil
 import sys
 
 import pytest
-from support.notebooks import NOTEBOOKS, executed, read, sample_data, shown
+from conftest import SAMPLE, run
+from support.notebooks import NOTEBOOKS, executed, read, shown
 
 
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory):
     """A data folder after a run on the sample recording."""
-    return sample_data(tmp_path_factory.mktemp("sample") / "data", {})
+    data = tmp_path_factory.mktemp("sample") / "data"
+    (data / "inbox").mkdir(parents=True)
+    shutil.copy(SAMPLE, data / "inbox")
+    assert run(data).failures == {}
+    return data
 
 
 @pytest.mark.slow

@@ -366,12 +366,12 @@ def test_report_prints(pages, page, tmp_path):
 
 
 @pytest.mark.slow
-def test_on_a_phone(pages, browser):
+def test_on_a_phone(pages, page):
     """Nothing is wider than a phone's screen, whatever is opened."""
-    phone, root = browser.new_page(viewport={"width": 390, "height": 844}), pages.first.parent
+    root = pages.first.parent
+    page.set_viewport_size({"width": 390, "height": 844})
     for found in (*(next((root / folder).glob("*.html")) for folder in (".", "matches", "teams", "behaviours", "against")),
                   root / "words.html", *(root / "maps").iterdir()):
-        phone.goto(found.as_uri())
-        phone.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
-        assert phone.evaluate("document.documentElement.scrollWidth") <= 390, found
-    phone.close()
+        page.goto(found.as_uri())
+        page.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390, found

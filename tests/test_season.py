@@ -1,5 +1,7 @@
 """Seasons: played game by game, learned from game by game, and gone on with after anything."""
 
+from itertools import pairwise
+
 import polars as pl
 import pytest
 
@@ -61,15 +63,6 @@ def test_rows(played):
             assert role[column].is_sorted()
 
 
-def test_next_game(played):
-    """Each game is played with what was learned from the one before."""
-    own = loop.store_of(played, season())
-    games = rows(played)
-    for before, after in zip(games.rows(named=True), games.rows(named=True)[1:], strict=False):
-        policy = own.manifest("policies", after["policy_version"])
-        assert policy.details["knowledge_version"] == before["knowledge_version"]
-
-
 def test_apprentice(tmp_path):
     """The apprentice plays the last policy as in the counted match, but tries nothing."""
     own = season(lines=("lcb_weight = 0.5", "min_visits = 2", "posterior_std = 0.1"))
@@ -97,8 +90,11 @@ def test_apprentice(tmp_path):
 
 
 def test_knowledge(played):
-    """The knowledge holds the adversary's behaviours and the states of both teams."""
-    own = loop.store_of(played, season())
+    """Each game is played with what was learned from the one before: the adversary's behaviours, and the states of both teams."""
+    own, games = loop.store_of(played, season()), rows(played)
+    for before, after in pairwise(games.rows(named=True)):
+        policy = own.manifest("policies", after["policy_version"])
+        assert policy.details["knowledge_version"] == before["knowledge_version"]
     known = own.read_table(own.latest("knowledge"), "occasions", Occasions)
     at_random = pl.col("behaviour_id").str.contains(r"^\w+-194$")
     assert known.filter(~at_random).height > 0

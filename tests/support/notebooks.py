@@ -9,7 +9,6 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -58,13 +57,12 @@ def _shown(output: NotebookNode) -> str:
     return "image" if "image/png" in output.data else str(output.data["text/plain"])
 
 
-def sample_data(data: Path, environment: Mapping[str, str] = {}) -> Path:
+def sample_data(data: Path) -> Path:
     """A data folder after one run of all stages on the sample recording, as the command line makes it."""
     pitchlore = Path(sys.executable).with_name("pitchlore")
     (data / "inbox").mkdir(parents=True)
     shutil.copy(SAMPLE, data / "inbox")
-    subprocess.run([pitchlore, "run", "--data", str(data)], check=True, stdout=subprocess.DEVNULL,
-                   env={**os.environ, **environment})
+    subprocess.run([pitchlore, "run", "--data", str(data)], check=True, stdout=subprocess.DEVNULL)
     return data
 
 
