@@ -185,10 +185,11 @@ def test_interrupted_goes_on():
 
 
 def test_not_begun():
-    """The best behaviour is passed over where its end holds, and taken where it does not."""
+    """The best behaviour is passed over where its end holds, and taken where it does not, or where the ends of all hold."""
     for view, first in ((FACING, "184"), (TURNED, "108")):
         assert Team(NOT_BEGUN, ("108", 0.5), ("184", 0.1), ("194", -0.5)).see(view).made() == [(0, "goalkeeper", first)]
     assert Team(PAPER, ("108", 0.5), ("184", 0.1)).see(FACING).made() == [(0, "goalkeeper", "108")]
+    assert Team(NOT_BEGUN, ("108", 0.5), ("108-108", 0.1)).see(FACING).made() == [(0, "goalkeeper", "108")]
 
 
 def test_codes_left_out():
@@ -198,11 +199,6 @@ def test_codes_left_out():
         assert team.team._robots["place"][0] == place
     team = Team(NOT_BEGUN, ("184-108-184", 0.5)).see(FACING, 31)  # it has stood for half a second
     assert team.team._robots["place"][0] == 2
-
-
-def test_nothing_to_begin():
-    """If the ends of all behaviours of the state hold, the best is begun all the same."""
-    assert Team(NOT_BEGUN, ("108", 0.5), ("108-108", 0.1)).see(FACING).made() == [(0, "goalkeeper", "108")]
 
 
 def test_explores_what_can_begin():
@@ -301,14 +297,10 @@ def test_settings_of_seasons():
 
 
 def test_clock_of_a_word(tmp_path):
-    """A constant team can be given a clock, and is distinguished by it."""
+    """A constant team can be given a clock, and is distinguished by it; one that appraises what it sees is refused it."""
     team = entrant(Store(tmp_path), "constant:044", {}, least_s=0.4, begin_ended=False)
     assert team.settings.clock == ClockSettings(least_s=0.4, begin_ended=False)
     assert team.settings != entrant(Store(tmp_path), "constant:044", {}).settings
-
-
-def test_clock_of_a_looking_team():
-    """A team that appraises what it sees is refused a clock that it would not keep."""
     of = recipe(LEAST)
     with pytest.raises(BadSettings, match="only a team that looks behaviours up in states has this clock"):
         controller_of(of.home, of, 0, PolicyTables(KNOWN, Appraisals.empty()))

@@ -123,10 +123,15 @@ def test_same_recipe_elsewhere(tmp_path):
 
 
 def test_part_length():
-    """How many frames are handed over at once changes nothing that is read."""
+    """How many frames are handed over at once changes nothing that is read, nor does a match that is not logged."""
     one, other = (log.read(logged(recipe(seed=5), part=part), where="here") for part in (1000, 7))
     assert one.frames.robots.tobytes() == other.frames.robots.tobytes()
     assert one.referee.equals(other.referee)
+    one, other = match(recipe(seed=3)), match(recipe(seed=3), logged=False)
+    one.advance(600)
+    other.advance(600)
+    assert one.bodies.tobytes() == other.bodies.tobytes()
+    assert len(other.take().frames) == 0
 
 
 def test_other_seed():
@@ -149,15 +154,6 @@ def test_lead():
     played.advance(100)
     assert played.score == (7, 0)
     assert played.take().referee["score_home"].to_list()[0] == 7
-
-
-def test_no_log():
-    """A match without a log is played as one with a log."""
-    one, other = match(recipe(seed=3)), match(recipe(seed=3), logged=False)
-    one.advance(600)
-    other.advance(600)
-    assert one.bodies.tobytes() == other.bodies.tobytes()
-    assert len(other.take().frames) == 0
 
 
 @settings(max_examples=5, deadline=None)

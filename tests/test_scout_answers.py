@@ -38,7 +38,7 @@ def test_third():
 
 
 def test_losses():
-    """Losses only, by the robot that touched last and where they end; a robot without one has zeros."""
+    """Losses only, by the robot that touched last and the third of its match's pitch where they end; a robot without one has zeros."""
     held = rows(Possession, *(
         {"team": "home", "robot": 9, "last_robot": robot, "end_x": x, "ended": ended} for robot, x, ended in (
             (1, -0.7, "lost"), (1, 0.0, "lost"), (1, 0.7, "shot"), (2, 0.7, "lost"), (1, 0.0, "stopped"))))
@@ -46,10 +46,6 @@ def test_losses():
     assert (one.robot, one.role, one.thirds, one.n, one.per_ten) == (1, "striker", (1, 1, 0), 2, 4.0)
     assert (two.thirds, two.per_ten) == ((0, 0, 1), None), "a robot that is not seen has no rate"
     assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50%")
-
-
-def test_pitches_of_two_sizes():
-    """Thirds are those of each match's own pitch."""
     held = pl.concat([rows(Possession, {"match_id": name, "team": "home", "last_robot": 1, "end_x": 0.5, "ended": "lost"})
                       for name in ("small", "large")])
     assert losses(held, {"small": 1.5, "large": 9.0}, {})[0].thirds == (0, 1, 1)
@@ -158,19 +154,15 @@ def test_goals_of_a_match(store):
 
 
 def test_change_within_chance():
-    """A change that chance gives is not reported as one: 10 to 12 is within, 10 to 40 is beyond."""
+    """A change of rate that chance gives is not reported as one: 10 to 12 is within, 10 to 40 is beyond."""
     small, great = change_of_count(10, 12, (60.0, 60.0)), change_of_count(10, 40, (60.0, 60.0))
     assert not small.beyond
     assert great.beyond
+    assert not change_of_count(50, 100, (60.0, 120.0)).beyond, "the second half is twice as long"
+    assert change_of_count(50, 50, (60.0, 120.0)).beyond
     assert (great.low, great.high) == (-14, 14), "binomial of 50 at one half: 18 to 32 lie within 95 %"
     assert reported_changes([("passes", small)]) == "No change of the 1 counts is larger than chance gives."
     assert "passes 10 to 40 (+30; chance gives -14 to +14)" in reported_changes([("passes", great), ("shots", small)])
-
-
-def test_halves_of_other_lengths():
-    """In a second half of twice the length, twice the count is no change of rate."""
-    assert not change_of_count(50, 100, (60.0, 120.0)).beyond
-    assert change_of_count(50, 50, (60.0, 120.0)).beyond
 
 
 def test_no_change_is_known():

@@ -80,27 +80,18 @@ def test_without_the_score():
     assert kick_offs(old)["in_first"].to_list() == [None] * 2
 
 
-def varied():
-    """The paper's settings, five seasons, and one variation, three of fewer games."""
-    paper = [season("paper", STATIC, s, last=20, goals=lambda g: (0, 10)) for s in range(5)]
-    maps = [season("paper-vary-maps-large", STATIC, s, last=14, behaviours=lambda g: 2 * g, goals=lambda g: (0, 10 + g)) for s in range(3)]
-    return tables(*paper, *maps)
-
-
 def test_sensitivity():
-    """A variation stands below what it varies, over the games that both have."""
-    games, growth = varied()
+    """A variation stands below what it varies, over the games that both have; it is no setting beside others on the page."""
+    # five seasons of the paper's settings, and three of a variation, of fewer games
+    some = [season("paper", STATIC, s, last=20, goals=lambda g: (0, 10)) for s in range(5)]
+    some += [season("paper-vary-maps-large", STATIC, s, last=14, behaviours=lambda g: 2 * g, goals=lambda g: (0, 10 + g)) for s in range(3)]
+    games, growth = tables(*some)
     paper, maps = sensitivity(games, growth, "paper").iter_rows(named=True)
     assert [(row["settings"], row["seasons"], row["games"]) for row in (paper, maps)] == [("paper", 5, 14), ("paper-vary-maps-large", 3, 14)]
     assert (paper["behaviours"], maps["behaviours"]) == (3 * 5 * 14, 3 * 2 * 14)
     assert (paper["difference"], maps["difference"]) == (-10.0, -10 - 12.5)  # games 11 to 14
     assert maps["states"] == 3 * 100 * 14
     assert sensitivity(*tables(season("paper", STATIC)), "paper").height == 0
-
-
-def test_variations_are_apart():
-    """Variations are no settings beside others: the page leaves them out of its comparison."""
-    games, _ = varied()
     assert set(settings_compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
     assert "paper-vary-" not in "\n".join(about_comparisons(games))
 
