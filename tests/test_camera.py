@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 
 import numpy as np
@@ -11,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import controller_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -194,37 +192,31 @@ class TestVelocities:
 
 
 class TestInAMatch:
-    """Static against static for three seconds without a whistle, as the log has it."""
+    """Static against static for three seconds without a whistle: what is logged, and where the bodies were."""
 
     def played(self, camera):
         team = TeamSettings(kind="static")
         recipe = Recipe(home=team, away=team, seed=2, camera=camera,
                         referee=RefereeSettings(duration_s=3, halves=1))
-        match, stream = MatchInPlay(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), io.BytesIO()
-        truth = []
-        recorder = log.Recorder(stream, match.info)
+        match, truth = MatchInPlay(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), []
         while not match.over:
             match.advance()
             truth.append(match.bodies.copy())
-        part = match.take()
-        recorder.frames(part.frames)
-        recorder.referee(part.referee)
-        recorder.close()
-        return log.read(stream.getvalue(), where="here"), np.array(truth), part
+        return match.take().frames, np.array(truth)
 
     def test_camera_off(self):
         """With the camera off the log has the true bodies."""
-        match, truth, part = self.played(CameraSettings())
-        assert (match.frames.counts() == 6).all()
-        assert part.frames.robots["x"].reshape(-1, 6)[1:].tolist() == truth[:-1, 1:, X].astype("f4").tolist()
-        blind, _, _ = self.played(CameraSettings(smoothing_s=0.2))
-        assert blind.frames.robots.tobytes() == match.frames.robots.tobytes()
+        frames, truth = self.played(CameraSettings())
+        assert (frames.counts() == 6).all()
+        assert frames.robots["x"].reshape(-1, 6)[1:].tolist() == truth[:-1, 1:, X].astype("f4").tolist()
+        blind, _ = self.played(CameraSettings(smoothing_s=0.2))
+        assert blind.robots.tobytes() == frames.robots.tobytes()
 
     def test_players_see_camera(self):
         """Players play by what the camera sees, and the log has the same."""
-        clear, truth, _ = self.played(CameraSettings())
-        late, other, _ = self.played(CameraSettings(latency_s=0.1))
+        clear, truth = self.played(CameraSettings())
+        late, other = self.played(CameraSettings(latency_s=0.1))
         assert not np.array_equal(truth, other)  # they play another match
-        ball = late.frames.ball["y"]
+        ball = late.ball["y"]
         assert (ball[7:] == other[:-7, BALL, Y].astype("f4")).all()  # the log is six frames behind
-        assert len(clear.frames) == len(late.frames)
+        assert len(clear) == len(late)
