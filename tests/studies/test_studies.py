@@ -244,7 +244,7 @@ def test_scale(tmp_path, monkeypatch, commands_here):
     monkeypatch.setattr(outputs, "settled", lambda stamp: True)
     monkeypatch.setattr(scale.study, "QUESTIONS", {"one": "select count(*) from matches"})
     for study in (scale.study, scale.growth):
-        monkeypatch.setattr(study, "PLAYING", (*study.PLAYING[:-1], 0.2))
+        monkeypatch.setattr(study, "PLAYING", (*study.PLAYING[:-1], 0.1))
     scale.study.main(tmp_path, [1])
     scale.growth.main(tmp_path, [2])
     same_columns(tmp_path, "scale", "scale.csv", "growth.csv")
