@@ -159,7 +159,6 @@ def test_notebook(server, machine, local, monkeypatch, caplog):
     machine(url, "reader")
     (path,) = (path for path in NOTEBOOKS if "PITCHLORE_DATA" in path.read_text())
     monkeypatch.setenv("PITCHLORE_DATA", url)
-    monkeypatch.setattr(logging.getLogger("pitchlore"), "propagate", True)  # a command of another test may have stopped it
     names: dict[str, Any] = {}
     with pl.Config():
         for cell in read(path).cells:
