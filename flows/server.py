@@ -237,6 +237,8 @@ class Keeper:
         self.log = self.folder / "server.log"
         self._lock = FileLock(self.folder / ".lock", timeout=START_S)
         self._record = self.folder / "server.json"
+        #: Folder for the results of flows that talk to it; None where PREFECT_API_URL names another server.
+        self.results = None if os.environ.get("PREFECT_API_URL") else self.folder / "results"
 
     def look(self) -> Kept | None:
         """Record of the server that was started last and not stopped; it may have died (``answers``)."""

@@ -10,6 +10,7 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from threading import Event, Thread
 
 import httpx
@@ -20,6 +21,7 @@ from prefect.settings import (
     PREFECT_API_URL,
     PREFECT_CLIENT_MAX_RETRIES,
     PREFECT_FLOWS_HEARTBEAT_FREQUENCY,
+    PREFECT_LOCAL_STORAGE_PATH,
     temporary_settings,
 )
 
@@ -40,12 +42,13 @@ _CLIENTS = ("httpx", "httpcore")
 
 
 @contextmanager
-def serving(url: str, own: Kept | None = None) -> Iterator[None]:
+def serving(url: str, own: Kept | None = None, results: Path | None = None) -> Iterator[None]:
     """Let the flows of the body talk to a server.
 
     Args:
         url: address of its API.
         own: its record, if it is to end with this command: one that hangs is killed.
+        results: folder for the flows' results, unless the user's settings name one; None: Prefect's home.
 
     Raises:
         ServerFailed: if nobody answers there, if the answer is not that of Prefect's API, or if the server
@@ -53,9 +56,10 @@ def serving(url: str, own: Kept | None = None) -> Iterator[None]:
     """
     _check(url)
     # the thread that sends a flow's heartbeats sleeps a second at a time, and the flow waits for it
+    place = {} if results is None else {PREFECT_LOCAL_STORAGE_PATH: results}
     with temporary_settings({PREFECT_API_URL: url}, set_defaults={
         PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None, PREFECT_API_REQUEST_TIMEOUT: REQUEST_S,
-        PREFECT_CLIENT_MAX_RETRIES: AGAIN,
+        PREFECT_CLIENT_MAX_RETRIES: AGAIN, **place,
     }), _watched(url, own):
         yield
 

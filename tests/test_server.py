@@ -173,7 +173,7 @@ def test_stopped_start(uvicorn, data, end):
 
 
 def test_server_of_the_folder(data, monkeypatch, call):
-    """Work is a flow where the data folder keeps a server, and none where that has died; its database is there."""
+    """Work is a flow where the data folder keeps a server, and none where that has died; its database and results are there."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     migrated(Keeper(data).folder, database())
     code, out, _ = call("server", "start", "--json", "--data", data)
@@ -183,6 +183,7 @@ def test_server_of_the_folder(data, monkeypatch, call):
     assert call("run", "--data", data)[0] == 0
     with sqlite3.connect(data / "server" / database()) as connection:
         assert connection.execute("select name from flow").fetchall() == [("run",)]
+    assert [json.loads(path.read_text())["knowledge"] for path in (data / "server" / "results").iterdir()] == [None]
     with socket.create_connection(("127.0.0.1", int(kept["ui"].rsplit(":", 1)[1]))) as asked:
         asked.sendall(b"GET /runs HTTP/1.0\r\nAccept: text/html\r\n\r\n")
         assert b"200 OK" in asked.recv(64)  # its pages are there

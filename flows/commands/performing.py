@@ -40,11 +40,12 @@ def perform(store: Store, flow: str, result: type[R], work: Callable[P, R], *, a
             url = named(store.root)
             if url is None and not as_flow:
                 return work(*given, **how)
-            own = stack.enter_context(Keeper(store.root).running()) if url is None else None
+            keeper = Keeper(store.root)
+            own = stack.enter_context(keeper.running()) if url is None else None
             from pitchlore.flows import run  # noqa: PLC0415 (Prefect takes seconds to load)
             from pitchlore.flows.serving import serving  # noqa: PLC0415
 
-            stack.enter_context(serving(own.api if own else str(url), own))
+            stack.enter_context(serving(own.api if own else str(url), own, keeper.results))
             return result.model_validate(getattr(run, flow)(*given, **how))
 
     return done
