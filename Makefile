@@ -70,7 +70,7 @@ test: $(READY) .venv-counterparts/.ready lint  ## lint, types, import contracts,
 	$(TESTS)
 
 quick: $(READY)  ## the unit tests: fast, without a Prefect server
-	$(TESTS) -m unit
+	$(TESTS) -m unit --ignore=tests/studies
 
 lint: $(READY)  ## style, types, import contracts
 	$(BIN)/ruff check .

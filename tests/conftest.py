@@ -45,9 +45,9 @@ WHOLE = {"finished", "pages"}
 
 #: Files whose tests start many processes, play, or read whole recordings: as slow as those that say so.
 LONG = {f"test_{name}.py" for name in (
-    "catalog", "chances", "clock", "commands", "drive", "following", "groups", "hostile", "importers_ssl_fuzz", "importers_ssl_peer",
-    "incremental", "recovery", "schemas", "scout_maps",
-    "scout_policies", "season_flow", "showing", "watch")}
+    "catalog", "chances", "clock", "commands", "drive", "following", "groups", "hostile", "importers_ssl_fuzz",
+    "importers_ssl_peer", "incremental", "paradigms", "query", "recovery", "schemas", "scout_maps", "scout_policies",
+    "season_flow", "showing", "watch")}
 
 #: While a worker compiles what the arena needs, in this file's tests, the other compiles what the stages need.
 FIRST = "test_play.py"

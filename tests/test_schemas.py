@@ -8,8 +8,6 @@ import pytest
 
 from pitchlore.schemas import PUBLIC
 
-pytestmark = pytest.mark.unit
-
 #: Its rules add up columns: no table drawn at random keeps them.
 NOT_DRAWN = "games"
 
