@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.unit
-
 #: Keeps a few of many pieces, so that what lies between them is free and no heap can shrink.
 _PIECES = """
 import re

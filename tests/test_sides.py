@@ -20,8 +20,6 @@ from pitchlore.pipeline.stages.sides.teams import (
 )
 from pitchlore.schemas import SIDES, Sides
 
-pytestmark = pytest.mark.unit
-
 
 def match(home="Reds", away="Blues", kind="vsss", name="a", goals=(3, 1)):
     return pl.DataFrame({"match_id": [f"{name}-0123456789ab"], "home": [home], "away": [away], "kind": [kind],

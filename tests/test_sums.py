@@ -2,14 +2,11 @@
 
 import numpy as np
 import polars as pl
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
 from pitchlore.pipeline.numbers.sums import added_up, exact
-
-pytestmark = pytest.mark.unit
 
 FEW = st.integers(-3, 3)
 #: Many of them fall into one slot, or differ in the last bits only.

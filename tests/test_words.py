@@ -12,8 +12,6 @@ from conftest import ROOT
 
 from pitchlore.flows.cli import COMMANDS, GROUPS
 
-pytestmark = pytest.mark.unit
-
 #: First words that leave the reader to guess the subject.
 TURNED = re.compile(r"[^\w]*(What|Whose|Whom|Who|Which|That|Those|Of|Whether)\b")
 #: Likewise of an argument, but for flags: "reset: whether …" is the custom.
