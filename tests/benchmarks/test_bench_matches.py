@@ -11,13 +11,16 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
-from support.logs import make_log
 
 from pitchlore.pipeline import matches
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.matches.channels import FRAME, TOPICS
-from pitchlore.pipeline.matches.frame import ROBOT_DTYPE
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog
 
 FRAMES, ROBOTS = 28_800, 6
+INFO = MatchInfo(
+    match_id="bench-0", source="bench", format="world", home="a", away="b", pitch=PITCHES[Kind.VSSS], software="bench"
+)
 
 
 @pytest.fixture(scope="module")
@@ -25,16 +28,23 @@ def log():
     """60 Hz; bodies drift smoothly, every float has a full mantissa."""
     rng = np.random.default_rng(0)
 
-    def path(*scales):
-        pushes = [np.convolve(rng.normal(size=FRAMES).cumsum(), np.ones(15) / 15, "same") for _ in scales]
-        return np.stack([scale * np.sin(push / 20) for scale, push in zip(scales, pushes, strict=True)], axis=1)
+    def path(scale):
+        push = np.convolve(rng.normal(size=FRAMES).cumsum(), np.ones(15) / 15, "same")
+        return (scale * np.sin(push / 20)).astype(np.float32)
 
-    bodies = {"ball": path(0.7, 0.6), **{(i // 3, i % 3): path(0.7, 0.6, 3.1) for i in range(ROBOTS)}}
-    log = make_log(np.arange(FRAMES) / 60, bodies)
-    ball, robots = log.frames.ball, log.frames.robots.reshape(FRAMES, ROBOTS)
-    for rows, name, rate in ((ball, "x", "vx"), (ball, "y", "vy"), (robots, "x", "vx"), (robots, "y", "vy"), (robots, "theta", "omega")):
-        rows[rate] = np.gradient(rows[name], axis=0) * 60
-    return log
+    def speed(positions):
+        return np.gradient(positions) * 60
+
+    ball, robots = np.zeros(FRAMES, BALL_DTYPE), np.zeros((FRAMES, ROBOTS), ROBOT_DTYPE)
+    robots["team"], robots["id"] = np.arange(ROBOTS) // 3, np.arange(ROBOTS) % 3
+    for body in (ball, *(robots[:, i] for i in range(ROBOTS))):
+        for name, rate, scale in (("x", "vx", 0.7), ("y", "vy", 0.6), ("theta", "omega", 3.1)):
+            if name in body.dtype.names:
+                body[name] = path(scale)
+                body[rate] = speed(body[name])
+    times = np.arange(FRAMES, dtype=np.int64) * 16_666_667
+    offsets = np.arange(FRAMES + 1, dtype=np.int64) * ROBOTS
+    return MatchLog(INFO, Frames(np.arange(FRAMES, dtype=np.uint32), times, ball, offsets, robots.reshape(-1)))
 
 
 @pytest.fixture(scope="module")
