@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -74,10 +75,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     """A file's tests share fixtures, so a worker takes whole files, and all files that need Prefect's server at once."""
     from xdist.scheduler import LoadFileScheduling
 
+    @cache
+    def scope(path: str) -> str:
+        return "prefect" if "prefect_server" in (ROOT / path).read_text(encoding="utf-8") else path
+
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            path = nodeid.partition("::")[0]
-            return "prefect" if "prefect_server" in (ROOT / path).read_text(encoding="utf-8") else path
+            return scope(nodeid.partition("::")[0])
 
     return Scheduling(config, log)
 

@@ -33,7 +33,7 @@ DELAY_S = 0.2
 
 @pytest.fixture(scope="module")
 def processes() -> Iterator[list[subprocess.Popen[str]]]:
-    """Two processes that do what they are reported."""
+    """Two processes that do as they are commanded."""
     with ExitStack() as both:
         started = [both.enter_context(answering("support.at_once")) for _ in range(2)]
         assert [line(process) for process in started] == ["ready", "ready"]

@@ -236,7 +236,7 @@ def test_value_from_figure(p, runs, expected):
     ],
 )
 def test_the_best_decay(values, expected, low, high):
-    """The best decay is undecided while it cannot be reported from another."""
+    """The best decay is undecided while it cannot be distinguished from another."""
     row = verdicts(table(over_decays("IVQ", values))).filter(pl.col("claim").str.contains("best decay"))
     assert row["verdict"].item() == expected
     assert (row["measured"].item(), row["low"].item(), row["high"].item()) == (max(values, key=values.get), low, high)

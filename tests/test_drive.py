@@ -429,7 +429,7 @@ def test_a_peer_sees_and_drives(tmp_path: Path) -> None:
 
 
 def test_served(tmp_path: Path) -> None:
-    """Others are reported that the ball is in play before the first frame in which it is, and each frame has its number."""
+    """Others are told that the ball is in play before the first frame in which it is, and each frame has its number."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ears:  # for both streams: packets keep their order
         ears.bind(("127.0.0.1", 0))
         ears.settimeout(0.3)

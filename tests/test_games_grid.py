@@ -46,7 +46,7 @@ class TestGridWorld:
     @pytest.mark.slow
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
     def test_every_step(self, punished, stay):
-        """Every step of the grid leads and pays as the game is reported."""
+        """Every step of the grid leads and pays as the game is described."""
         k = 2.5
         game = grid_world(k, punished=punished, stay=stay)
         moves = {UP: (-1, 0), DOWN: (1, 0), LEFT: (0, -1), RIGHT: (0, 1)} | ({STAY: (0, 0)} if stay else {})

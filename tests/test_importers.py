@@ -102,7 +102,7 @@ CSV = b"frame,t,team,player,x,y\n0,0.0,ball,,0,0\n0,0.0,a,1,0.1,0\n0,0.0,b,1,-0.
     ],
 )
 def test_format_by_content(head: bytes, is_a: str) -> None:
-    """The format is reported from the content, whatever the file's name."""
+    """The format is found from the content, whatever the file's name."""
     assert open_source(head, "liar.txt").format == is_a
     assert open_source(gzip.compress(head), "liar.mcap").format == is_a
 

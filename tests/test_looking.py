@@ -233,7 +233,7 @@ def test_learns_what_to_do_where():
 
 
 def test_learns_nothing_from_shuffled_changes():
-    """The control: with the changes dealt out anew, no action is reported from another by place."""
+    """The control: with the changes dealt out anew, no action is distinguished from another by place."""
     sight, code, change = two_places(1)
     shuffled = np.random.default_rng(5).permutation(change)
     found, kept = fit_action_values(

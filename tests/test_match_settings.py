@@ -78,7 +78,7 @@ def test_six_a_side(recorded):
     assert np.abs(robots["x"]).max() < 6.0 + 0.18
     assert np.abs(robots["y"]).max() < 4.5
     speed = np.hypot(robots["vx"], robots["vy"])
-    assert 2.0 < speed.max() < 4.0  # as fast as they were reported that they can be
+    assert 2.0 < speed.max() < 4.0  # as fast as they were told that they can be
 
 
 def test_through_a_camera(recorded):

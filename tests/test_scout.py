@@ -217,7 +217,7 @@ def test_list_of_pages_is_hostile(store, tmp_path):
 
 @pytest.mark.slow
 def test_command(store, tmp_path, call):
-    """The command writes where it is reported, and says what it wrote."""
+    """The command writes where it is told to, and says what it wrote."""
     code, out, _ = call("scout", "--data", store.root, "--out", tmp_path / "pages")
     assert code == 0
     assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", out.replace("\n", ""))

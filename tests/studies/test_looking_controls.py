@@ -42,7 +42,7 @@ def test_blind_for_a_time():
 
 
 def test_learns_nothing_from_shuffled_actions():
-    """The control of a season: with the actions of a role dealt out anew, none is reported from another by place."""
+    """The control of a season: with the actions of a role dealt out anew, none is distinguished from another by place."""
     sight, code, change = two_places(1)
     found, kept = dealt(actions_dealt, *decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44]),
                         SMALL, 1)

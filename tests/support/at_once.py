@@ -1,4 +1,4 @@
-"""A process that does things to data folders when it is reported.
+"""A process that does things to data folders when it is told to.
 
 A line of standard input is a delay in seconds, an action and a folder. The answer is a line: what came of it.
 """

@@ -46,7 +46,7 @@ class Driven(Controller):
 
 
 class WheelController(Driven):
-    """Turns the wheels of its robots as it is reported.
+    """Turns the wheels of its robots as it is commanded.
 
     An action is the speeds of the left and right wheel, as shares of the top speed in [-1, 1]; what is beyond
     is cut by the motors. At first wheels stand still.
@@ -72,7 +72,7 @@ class WheelController(Driven):
 
 
 class BehaviourController(Driven):
-    """Carries out behaviours as it is reported, see :mod:`pipeline.arena.teams.chosen`.
+    """Carries out behaviours as it is commanded, see :mod:`pipeline.arena.teams.chosen`.
 
     An action is an index in ``executors.actions.CODES``. At first robots stand (184).
 
