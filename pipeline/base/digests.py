@@ -5,13 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 from mmap import mmap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+#: Bytes in memory, or a map of those of a file.
+Content: TypeAlias = bytes | mmap
 
-def digest(data: bytes | mmap) -> str:
+
+def digest(data: Content) -> str:
     """SHA-256 in hex."""
     return hashlib.sha256(data).hexdigest()
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
 from types import TracebackType
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import unwritable
 
 
@@ -36,7 +37,7 @@ class Spool:
         with suppress(OSError):
             self.stream.close()
 
-    def write(self, data: bytes | mmap.mmap) -> None:
+    def write(self, data: Content) -> None:
         """Append bytes.
 
         Raises:
@@ -45,7 +46,7 @@ class Spool:
         with spooling():
             self.stream.write(data)
 
-    def mapped(self) -> bytes | mmap.mmap:
+    def mapped(self) -> Content:
         """All bytes; the map stays when the spool is closed.
 
         Raises:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.base import errors
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import BadRecording, PitchloreError, in_one_line
 from pitchlore.pipeline.base.system import clean, limit_memory
 from pitchlore.pipeline.importers.readers import open_parts, read
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store.files import Files
 

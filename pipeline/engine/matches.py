@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline import matches as log
-from pitchlore.pipeline.base.digests import digest
+from pitchlore.pipeline.base.digests import Content, digest
 from pitchlore.pipeline.base.errors import BadRecording, CorruptFile, DamagedLog, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.isolated import read_isolated
@@ -22,7 +22,6 @@ from pitchlore.pipeline.importers.readers import is_ours, judged, open_parts, re
 from pitchlore.pipeline.importers.source import SourceFile, slug
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 from mcap.well_known import Profile
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.base.spool import Spool, spooling
 from pitchlore.pipeline.matches import cdr
@@ -26,7 +27,7 @@ from pitchlore.pipeline.matches.description import METADATA, description_of
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
 from pitchlore.pipeline.matches.messages import Messages, lay_out
-from pitchlore.pipeline.numbers.arrays import I64, Content
+from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.store.tables import check
 from pitchlore.schemas import Commands, Decisions, Quality, Referee, Table
 

@@ -1,9 +1,6 @@
-"""Types of arrays, by their elements, and of bytes."""
+"""Types of arrays, by their elements."""
 
 from __future__ import annotations
-
-from mmap import mmap
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +13,3 @@ I32 = npt.NDArray[np.int32]
 I64 = npt.NDArray[np.int64]
 U8 = npt.NDArray[np.uint8]
 Bools = npt.NDArray[np.bool_]
-
-#: Bytes in memory, or a map of those of a file.
-Content: TypeAlias = bytes | mmap

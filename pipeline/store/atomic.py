@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import StorageFailed, unwritable
 from pitchlore.pipeline.base.system import sync_file, sync_folder
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.buckets import check_local
 from pitchlore.pipeline.store.temporaries import temporary_beside
 

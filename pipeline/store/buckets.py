@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import BadSettings, BucketFailed
-from pitchlore.pipeline.numbers.arrays import Content
 
 if TYPE_CHECKING:
     from obstore.store import ObjectStore

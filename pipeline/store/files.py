@@ -11,9 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import NotFound, StillWritten, StorageFailed, unwritable
 from pitchlore.pipeline.base.system import open_to_read
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.atomic import aside
 from pitchlore.pipeline.store.buckets import check_local
 from pitchlore.pipeline.store.foreign import ForeignFile

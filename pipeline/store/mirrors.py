@@ -29,8 +29,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.atomic import write_bytes
 from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
 from pitchlore.pipeline.store.locks import holding

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken
 from pitchlore.pipeline.base.software import software
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.meter import count_written
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.reading import Reading

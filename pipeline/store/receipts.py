@@ -6,9 +6,8 @@ from typing import Any
 
 from pydantic import Field
 
-from pitchlore.pipeline.base.digests import digest
+from pitchlore.pipeline.base.digests import Content, digest
 from pitchlore.pipeline.base.toml import Frozen
-from pitchlore.pipeline.numbers.arrays import Content
 
 
 class FileRecord(Frozen):

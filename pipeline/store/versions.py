@@ -9,11 +9,11 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, Overtaken, StorageFailed
 from pitchlore.pipeline.base.software import software
 from pitchlore.pipeline.base.system import sync_folder
 from pitchlore.pipeline.base.toml import Frozen
-from pitchlore.pipeline.numbers.arrays import Content
 from pitchlore.pipeline.store.mirrors import Mirror, key_of
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import Reading

@@ -9,8 +9,7 @@ from typing import Any
 
 import polars as pl
 
-from pitchlore.pipeline.base.digests import canonical, digest
-from pitchlore.pipeline.numbers.arrays import Content
+from pitchlore.pipeline.base.digests import Content, canonical, digest
 from pitchlore.pipeline.store.receipts import FileRecord
 from pitchlore.pipeline.store.tables import to_parquet
 from pitchlore.schemas import Table
