@@ -126,7 +126,7 @@ rows = st.lists(
 
 
 @given(rows, st.randoms(use_true_random=False), st.integers(10, 300))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_order_of_grams(found, random, recognised):
     """Behaviours and their report do not depend on the order of the grams."""
     listed = [(role, codes, count, eighths * count / 8, (eighths / 8) ** 2 * count)
@@ -140,7 +140,7 @@ def test_order_of_grams(found, random, recognised):
 
 
 @given(rows)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_default_rounds(found):
     """With the default settings the busiest neuron of a round always passes."""
     listed = [(role, codes, count, 0.0, 0.0) for role, codes, count, _ in found]

@@ -27,7 +27,7 @@ elements36 = st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS))
 
 @pytest.mark.parametrize("key", KEYS)
 @given(st.lists(elements36, min_size=1, max_size=4), st.integers(0, 2))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_words_are_the_inverse(key, rows, slot):
     """The words of an encoded state name the levels that were encoded, of the elements that the key keeps."""
     found = np.array(rows, dtype=np.uint8)
@@ -50,7 +50,7 @@ def test_words_are_the_inverse(key, rows, slot):
 
 @given(st.lists(st.tuples(st.floats(0, 5), st.sampled_from([0.0, 0.0, 1.0, -1.0]),
                           st.sampled_from([CONTINUES, TERMINAL, TRUNCATED])), max_size=30))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_returns(rows):
     """A return is the sum of the discounted rewards until the end; it is not known where the end was cut."""
     elapsed, reward, ends = (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.zeros(0),) * 3
@@ -76,7 +76,7 @@ def test_episodes_count_once():
 
 
 @given(st.lists(st.lists(st.floats(-1, 1), min_size=1, max_size=6), min_size=1, max_size=4))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_together(samples):
     """Counts, means and spreads put together are those of all samples in one."""
     parts = pl.DataFrame({

@@ -256,7 +256,6 @@ def store(tmp_path_factory):
     return own
 
 
-@pytest.mark.slow
 def test_through_the_stages(store, tmp_path):
     """The stages fit the models of a league's shots, and judge each match by those of the others."""
     shutil.copytree(store.root, tmp_path / "data")
@@ -278,7 +277,6 @@ def test_through_the_stages(store, tmp_path):
     assert known
 
 
-@pytest.mark.slow
 def test_on_the_pages(store, tmp_path):
     """A match's page has the sum a side and each shot's xG, and says what it rests on; else why there is none."""
     write_pages(store, tmp_path)
@@ -306,7 +304,6 @@ def test_on_the_pages(store, tmp_path):
     assert "Expected goals are known in 1 of 2 matches." in team
 
 
-@pytest.mark.slow
 def test_page_is_anew(store, tmp_path):
     """A page's key holds its chances, and how many goals they need, though no table says so."""
     shutil.copytree(store.root, tmp_path / "data")

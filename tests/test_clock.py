@@ -258,7 +258,6 @@ VALUES = (("108", 0.5), ("046-044-021", 0.4), ("057", 0.3), ("194", 0.1))
 KNOWN = policy(*((role, 0, codes, q) for role in ROLES for codes, q in VALUES))
 
 
-@pytest.mark.slow
 def test_decisions_last():
     """In a match without events all decisions last 24 frames; with events a few are shorter, and many were before."""
     of = {clock: lasted(played(recipe(clock, seconds=60.0), KNOWN)[1]) for clock in (PAPER, LEAST, ALL)}
@@ -267,7 +266,6 @@ def test_decisions_last():
     assert np.mean(of[ALL] <= 2) < 0.1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("code", ["044", "021", "184", "138"])
 def test_constant_team(code):
     """A team that does one thing plays the same match by any clock, byte for byte: a clock is no advantage to it."""
@@ -276,7 +274,6 @@ def test_constant_team(code):
     assert len(same) == 1
 
 
-@pytest.mark.slow
 def test_another_match():
     """Each setting of the clock changes a match of a team that has a choice."""
     same = {played(recipe(clock, seconds=40.0, explore=0.5), KNOWN)[0] for clock in (PAPER, LEAST, EVENTS, NOT_BEGUN)}

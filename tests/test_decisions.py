@@ -189,7 +189,7 @@ class TestResolve:
         st.lists(st.one_of(st.sampled_from([1, 11, 46]), st.none()), max_size=25),
         st.lists(st.lists(st.sampled_from([1, 11, 46]), min_size=1, max_size=4), max_size=6, unique_by=tuple),
     )
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     def test_instances(self, codes, known):
         """Instances never share a situation and lie in what the rounds cover."""
         table = situations(consecutive(codes))

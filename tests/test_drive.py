@@ -286,7 +286,6 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
     return done, simulator
 
 
-@pytest.mark.slow
 def test_drives_and_stops(tmp_path: Path) -> None:
     """Commands go out 60 times a second, robots stop 0.3 s after vision, and when it ends; the log tells it."""
     done, simulator = driven(tmp_path, [(1.0, "off"), (1.6, "on")], seconds=2.6)
@@ -329,7 +328,6 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert simulator.still()[-5:] == [True] * 5
 
 
-@pytest.mark.slow
 def test_stops_when_it_is_ended(tmp_path: Path) -> None:
     """Ctrl-C leaves robots standing, and the log where the next run finds it (other ends: ``test_watch.py``)."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
@@ -456,7 +454,6 @@ def test_served(tmp_path: Path) -> None:
     assert len(on) == 2  # and it is said each second
 
 
-@pytest.mark.slow
 def test_served_again(tmp_path: Path, call: Call) -> None:
     """A recipe holds no other program's play: a second match of the same teams has the next seed."""
     found = []
@@ -497,7 +494,6 @@ pkill -INT -P $$ -f "(drive|watch) " ; wait
 """
 
 
-@pytest.mark.slow
 def test_two_of_our_teams(tmp_path: Path) -> None:
     """A match between two driving processes, over the league's own groups, is as any other, and can be watched."""
     with namespace() as inside:

@@ -84,7 +84,7 @@ class TestValue:
         assert value(table, goals((0.5, "home")), HALF)["value"].item() == pytest.approx(0.5**0.5, abs=1e-12)
 
     @given(matches)
-    @settings(max_examples=50, deadline=None)
+    @settings(max_examples=50)
     def test_teams_swapped(self, match):
         """A value changes its sign if the goals' teams are swapped, and none if all teams are."""
         home, away, scored = match
@@ -128,7 +128,7 @@ class TestWindows:
         assert codes_of(windows(followed(table, 0.2), 2, taken).key, 2).tolist() == [[21, 46]]
 
     @given(st.lists(st.integers(0, 30), min_size=1, max_size=5), st.integers(1, 4))
-    @settings(max_examples=50, deadline=None)
+    @settings(max_examples=50)
     def test_number_of_windows(self, lengths, n):
         """A run of m situations has m - n + 1 windows."""
         table = situations(*(consecutive([1] * m, start=100.0 * i, segment=i) for i, m in enumerate(lengths)))
@@ -201,7 +201,7 @@ class TestGrams:
 
     @pytest.mark.slow
     @given(matches, st.integers(1, 4))
-    @settings(max_examples=50, deadline=None)
+    @settings(max_examples=50)
     def test_hold_every_window_once(self, match, n):
         """Grams hold every window once."""
         home, away, scored = match
@@ -217,7 +217,7 @@ class TestGrams:
 class TestMerge:
     @pytest.mark.slow
     @given(st.lists(matches, max_size=4), st.integers(1, 4), st.randoms(use_true_random=False))
-    @settings(max_examples=15, deadline=None)
+    @settings(max_examples=15)
     def test_any_order(self, found, n, random):
         """A merge gives the same in any order and for any split."""
         none = table_of(([], [], []), n)
@@ -260,7 +260,7 @@ class TestCover:
         assert cover(followed(table, HALF.gap_s), patterns(("s", [1, 11]))).tolist() == [False, False, True, True]
 
     @given(sequence, st.lists(st.lists(codes, min_size=1, max_size=4), max_size=6, unique_by=tuple))
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     def test_all_rounds(self, codes_, found):
         """The cover of all rounds at once is that of one round after the other."""
         table = situations(consecutive(codes_))

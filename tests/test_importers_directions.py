@@ -38,7 +38,7 @@ def attacks(match: Frames) -> list[int]:
     return [period.home_attacks for period in periods]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     first=st.sampled_from([1, -1]), half=st.integers(200, 800), seed=st.integers(0, 2**16),
     tell=st.booleans(),
@@ -58,7 +58,7 @@ def test_change_of_sides(
     assert two.end_ns == 999 * STEP + 1
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(first=st.sampled_from([1.0, -1.0]), seed=st.integers(0, 2**16))
 def test_no_change_of_sides(first: float, seed: int) -> None:
     """A match without a change of sides has one period."""
@@ -74,7 +74,7 @@ def test_spell_of_pressure() -> None:
     assert attacks(match) == [1]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**16))
 def test_weak_votes(seed: int) -> None:
     """If the votes are too weak, home is taken to attack +x, and a flaw says so."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import TAILS
 from support.recordings import INSPER, RCSS, imported, taken_for
@@ -348,7 +348,6 @@ def test_stray_counters() -> None:
 counts = st.integers(0, 999_999_999)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(*[counts] * 5), min_size=1, max_size=12), st.data())
 def test_sum_of_commands(values: list[tuple[int, ...]], data: st.DataObject) -> None:
     """The counts of a player's command add up to what its counter rose by, where none falls.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings.make import FILES
@@ -42,8 +41,7 @@ def check(data: bytes) -> None:
     assert time.monotonic() - begin < SOON_S
 
 
-@pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from(LOGS), st.lists(st.tuples(st.integers(min_value=0), st.integers(0, 255)), max_size=40),
        st.integers(min_value=0), st.integers(0, 3_000), st.binary(max_size=200))
 def test_bytes_that_are_others(data: bytes, changes: list[tuple[int, int]], at: int, length: int, piece: bytes) -> None:
@@ -55,7 +53,7 @@ def test_bytes_that_are_others(data: bytes, changes: list[tuple[int, int]], at: 
     check(bytes(damaged[:at] + piece + damaged[at + length :]))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.lists(st.tuples(st.integers(-(2**63), 2**63 - 1), st.integers(0, 15), st.binary(max_size=60)), max_size=30))
 def test_messages_of_anything(messages: list[tuple[int, int, bytes]]) -> None:
     """Sound heads, with any times and any contents."""
@@ -112,7 +110,7 @@ sound = st.lists(st.one_of(
 ), max_size=8).map(b"".join)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(st.one_of(sound, st.binary(max_size=40), st.builds(lambda a, n: a[:n], sound, st.integers(0, 30))), max_size=6))
 def test_fields(messages: list[bytes]) -> None:
     """All messages at once give what a decoder gives that reads byte after byte."""

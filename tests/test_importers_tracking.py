@@ -95,7 +95,7 @@ def test_nanoseconds(unit: str, factor: float) -> None:
     assert match.frames.t_ns.tolist() == [0, step, 2 * step]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.lists(st.floats(1e-4, 5), min_size=1, max_size=30), st.floats(-1e6, 1e6))
 def test_irregular_sampling_is_kept(steps: list[float], start: float) -> None:
     times = np.concatenate(([start], start + np.cumsum(steps)))

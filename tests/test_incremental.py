@@ -59,7 +59,6 @@ def match(name: str) -> tuple[pl.DataFrame, Pitch]:
     return trajectories(log, TrajectorySettings())[0], log.info.pitch
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("most", [3, 200])
 @pytest.mark.parametrize("name", [RSIM, SSL, RCSS, INSPER])
 def test_recordings(name, most):

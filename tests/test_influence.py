@@ -129,7 +129,7 @@ rules = st.fixed_dictionaries({
 })
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(values, teams(), shares, st.floats(0, 2), rules)
 def test_literal_equations(q, made, share, rate, rule):
     """Learning with influence equals the equations read literally."""
@@ -139,7 +139,6 @@ def test_literal_equations(q, made, share, rate, rule):
     np.testing.assert_allclose(learned.q, literal(q, rows, where, share, rate, **rule), rtol=0, atol=1e-11)
 
 
-@settings(deadline=None)
 @given(teams(), st.randoms(use_true_random=False))
 def test_order_of_rows(made, random):
     """The order of rows does not matter."""

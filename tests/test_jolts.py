@@ -27,7 +27,7 @@ def along(x):
     return lambda t: (places, 0 * t, 0 * t)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_same_as_literal(seed):
     """Jolts and gains are those of the literal recogniser, on matches with holes, stops and suspect samples."""

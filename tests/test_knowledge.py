@@ -57,7 +57,7 @@ class TestOccasions:
         ]
 
     @given(rows, st.randoms(use_true_random=False))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=40)
     def test_any_order(self, found, random):
         """Occasions are the same in any order and for any split."""
         whole = occasions([decisions(*found)], 1)
@@ -149,7 +149,7 @@ class TestMerging:
     """Knowledge that adds up, version by version, is what it would be if it were made at once."""
 
     @given(MATCHES, st.sampled_from(["nothing", "moves randomly", "chosen"]), st.floats(-1.0, 1.0))
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=20)
     def test_occasions_in_steps(self, matches, own, optimistic):
         """Occasions merged match by match are those of all matches."""
         chosen = KnowledgeSettings(own=own, optimistic=optimistic, backoff=("self6", "role0"))
@@ -188,7 +188,6 @@ class TestMerging:
 
     @pytest.mark.slow
     @given(st.lists(st.lists(st.floats(-0.99, 0.99), min_size=1, max_size=40), min_size=2, max_size=5))
-    @settings(max_examples=30, deadline=None)
     def test_behaviours_in_steps(self, parts):
         """Behaviours merged in steps are those merged at once."""
         whole = self.version(("striker-046", [value for part in parts for value in part]))

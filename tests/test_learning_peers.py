@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from support.steps import ACTIONS, AGENTS, OBSERVATIONS, floats, ints, learn, learned, plays, values, vectors
@@ -139,7 +139,6 @@ def test_wolf_phc_by_hand():
 
 
 @pytest.mark.parametrize("learner", [Hysteretic(), FMQ(), Lenient()], ids=lambda learner: learner.rule)
-@settings(deadline=None)
 @given(play=plays(agents=1))
 def test_one_agent_chooses(learner, play):
     """With one agent the peer chooses as Q-learning does."""
@@ -153,7 +152,6 @@ def test_one_agent_chooses(learner, play):
     Hysteretic(discount=0.9, decrease=0.1), FMQ(discount=0.9, weight=0.0), Lenient(discount=0.9, leniency=0.0),
     Lenient(discount=0.9, cooling=0.0, temperature=0.0),
 ], ids=["patience 1", "weight 0", "leniency 0", "temperature 0"])
-@settings(deadline=None)
 @given(play=plays())
 def test_neutral_setting(neutral, play):
     """With the peer's own setting neutral, a team learns as IQ does."""
@@ -163,7 +161,6 @@ def test_neutral_setting(neutral, play):
         assert values(neutral, memory, i) == alone.q[i, 0].tolist()
 
 
-@settings(deadline=None)
 @given(
     game=st.lists(st.sampled_from([-1.7, 0.0, 0.2, 0.4, 0.9, 1.7]), min_size=27, max_size=27),
     play=st.lists(vectors(st.integers(0, ACTIONS - 1), np.int64), max_size=40),
@@ -188,7 +185,6 @@ def test_distributed_rounding():
     assert [greedy(Distributed(), memory, i) for i in range(2)] == [0, 1]
 
 
-@settings(deadline=None)
 @given(play=plays(), winning=st.floats(0.001, 1), ratio=st.floats(1, 4))
 def test_wolf_phc_distribution(play, winning, ratio):
     """WoLF-PHC's policy and its mean stay distributions."""
@@ -200,7 +196,6 @@ def test_wolf_phc_distribution(play, winning, ratio):
         np.testing.assert_allclose(policies.sum(axis=2), 1.0, rtol=0, atol=1e-12)
 
 
-@settings(deadline=None)
 @given(temperature=st.floats(0, 5), leniency=st.floats(0, 3))
 def test_lenient_forgiveness(temperature, leniency):
     """A lenient agent forgives as often as its settings say, and never good news."""

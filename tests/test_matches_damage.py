@@ -156,7 +156,7 @@ def test_unchecked_garbage(chunked):
     assert refused < 20
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(share=st.floats(0, 1, exclude_max=True))
 def test_truncated_file(share):
     """Every whole chunk of a truncated file is salvaged."""

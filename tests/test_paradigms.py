@@ -362,7 +362,6 @@ def test_diverged_point():
     assert (row["diverged"], row["p_optimal"], row["p_equilibrium"], row["path_length"]) == (5, 0, 0, None)
 
 
-@pytest.mark.slow
 def test_random_numbers(monkeypatch):
     """No two points of the study share random numbers."""
     calls = spied(monkeypatch)

@@ -9,7 +9,6 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from pitchlore.flows.cli import main
 from pitchlore.flows.paradigms import play_paradigms
 from pitchlore.pipeline.engine.paradigms import points_of, reports
 from pitchlore.pipeline.engine.progress import StageReport
@@ -100,13 +99,11 @@ def test_failing_sweep(tmp_path, monkeypatch):
     assert {record.noun for record in Store(tmp_path).quarantined()} == {"paradigms"}
 
 
-def test_command_output(played, capsys):
+def test_command_output(played, call):
     """The command prints numbers, verdicts and where the plot is, of the figure asked for alone."""
     data, _ = played
-    with pytest.raises(SystemExit) as stopped:
-        main(["paradigms", "--figure", "5", "--runs", "4", "--quick", "--data", str(data)])
-    assert stopped.value.code == 0
-    out = capsys.readouterr().out
+    code, out, _ = call("paradigms", "--figure", "5", "--runs", "4", "--quick", "--data", data)
+    assert code == 0
     assert "Figure 5: climbing, 4 trainings a point" in out
     assert "IVQ never" not in out
     assert "IVQ sometimes converges to the optimum" in out
@@ -115,15 +112,13 @@ def test_command_output(played, capsys):
 
 
 @pytest.mark.slow
-def test_comparison(played, tmp_path, capsys, monkeypatch):
+def test_comparison(played, tmp_path, call, monkeypatch):
     """The comparison plays printed IVQ and IQ on seeds of its own, and gives their difference with its interval."""
     data, _ = played
     monkeypatch.setattr(experiments, "CONFIRMATION_RUNS", 60)
-    words = ["paradigms", "--figure", "5", "--runs", "4", "--quick", "--comparison", "--data", str(data)]
-    with pytest.raises(SystemExit) as stopped:
-        main([*words, "--export", str(tmp_path)])
-    assert stopped.value.code == 0
-    out = capsys.readouterr().out
+    words = ["paradigms", "--figure", "5", "--runs", "4", "--quick", "--comparison", "--data", data]
+    code, out, _ = call(*words, "--export", tmp_path)
+    assert code == 0
     (reported,) = re.findall(r"IVQ less IQ, 60 trainings each, seed 2000: (-?[0-9.]+) \[(-?[0-9.]+), (-?[0-9.]+)\]", out)
     points = pl.read_csv(tmp_path / "figure-5-r4-s0-quick.comparison.csv")
     assert points.select("learner", "reading", "decay", "runs", "seed").sort("learner").rows() == [
@@ -134,18 +129,14 @@ def test_comparison(played, tmp_path, capsys, monkeypatch):
     assert lead["low"] < lead["difference"] < lead["high"]
     assert tuple(map(float, reported)) == pytest.approx((lead["difference"], lead["low"], lead["high"]), abs=1e-4)
     assert "any equilibrium at 0.9997" in re.sub(r"[^a-z0-9.]+", " ", out)
-    with pytest.raises(SystemExit):
-        main([*words, "--json"])
-    (figure,) = json.loads(capsys.readouterr().out)
+    (figure,) = json.loads(call(*words, "--json")[1])
     assert [row["study"] for row in figure["leads"]] == ["comparison"]
 
 
-def test_json(played, capsys):
+def test_json(played, call):
     """The JSON holds every point and every verdict."""
     data, _ = played
-    with pytest.raises(SystemExit):
-        main(["paradigms", "--figure", "5", "--runs", "4", "--quick", "--json", "--data", str(data)])
-    (figure,) = json.loads(capsys.readouterr().out)
+    (figure,) = json.loads(call("paradigms", "--figure", "5", "--runs", "4", "--quick", "--json", "--data", data)[1])
     assert figure["figure"] == 5
     store = Store(data)
     report = reports(QUICK)[1]
@@ -154,12 +145,10 @@ def test_json(played, capsys):
     assert len(figure["verdicts"]) == table.height
 
 
-def test_export(played, tmp_path, capsys):
+def test_export(played, tmp_path, call):
     """An export writes points, verdicts, plot and settings of a figure, each into its own file."""
     data, _ = played
-    with pytest.raises(SystemExit):
-        main(["paradigms", "--figure", "4", "--runs", "4", "--quick", "--export", str(tmp_path),
-              "--data", str(data)])
+    call("paradigms", "--figure", "4", "--runs", "4", "--quick", "--export", tmp_path, "--data", data)
     names = {path.name for path in tmp_path.iterdir()}
     stem = "figure-4-r4-s0-quick"
     assert names == {f"{stem}.points.csv", f"{stem}.verdicts.csv", f"{stem}.png", f"{stem}.settings.jsonl"}
@@ -173,13 +162,11 @@ def test_export(played, tmp_path, capsys):
 @pytest.mark.parametrize(("words", "what"), [
     (["--figure", "8"], "figure"), (["--runs", "0"], "runs"), (["--seed", "-1"], "seed"),
 ])
-def test_bad_arguments(words, what, tmp_path, capsys):
+def test_bad_arguments(words, what, tmp_path, call):
     """Arguments that make no sense are refused by name."""
-    with pytest.raises(SystemExit) as stopped:
-        main(["paradigms", *words, "--data", str(tmp_path)])
-    assert stopped.value.code != 0
-    said = capsys.readouterr()
-    assert what in said.out + said.err
+    code, out, err = call("paradigms", *words, "--data", tmp_path)
+    assert code != 0
+    assert what in out + err
 
 
 def test_confirmation_seeds():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pitchlore.flows.cli import main
 from pitchlore.flows.commands.playing import Learners
 from pitchlore.pipeline.arena.env import env
 from pitchlore.pipeline.arena.match.controllers import Controller, controllers_of
@@ -79,17 +78,15 @@ def test_an_opponent_in_an_environment(tmp_path, text):
         learned_team(Store(tmp_path), "static")
 
 
-def test_options_of_the_other_kind(tmp_path, capsys):
+def test_options_of_the_other_kind(tmp_path, call):
     """An option that no team of a match has is refused before a match is played, in a line that says whose it is."""
     for option, whose in (("--clock-s=0.3", "only a team that looks (its policy's learner is \"sight\") has this option"),
                           ("--lcb-weight=0.7", "only a team that looks behaviours up in states has this option")):
-        with pytest.raises(SystemExit, match="1"):
-            main(["evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", str(tmp_path)])
-        assert f"{option.split('=')[0]}: {whose}" in capsys.readouterr().err
+        code, _, err = call("evaluate", "--policy", "constant:044", option, "--matches", "2", "--data", tmp_path)
+        assert (code, f"{option.split('=')[0]}: {whose}" in err) == (1, True)
     season = played_season(tmp_path, _LOOKS)
-    with pytest.raises(SystemExit, match="1"):
-        main(["evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", str(tmp_path)])
-    assert "--min-visits: only a team that looks behaviours up in states has this option" in capsys.readouterr().err
+    _, _, err = call("evaluate", "--policy", season.id, "--min-visits", "3", "--matches", "2", "--data", tmp_path)
+    assert "--min-visits: only a team that looks behaviours up in states has this option" in err
     (looks, stays), _ = Learners(clock_s=0.3, predict_s=0.1).entrants(Store(tmp_path), season.id, "constant:044")
     assert (looks.settings.clock_s, stays.settings.clock_s) == (0.3, 0.5), "each has what its kind has"
     assert (looks.settings.predict_s, stays.settings.predict_s) == (0.1, 0.1)

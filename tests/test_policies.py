@@ -142,7 +142,7 @@ plays = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(plays, st.randoms(use_true_random=False))
 def test_row_order(rows, random):
     """Training again gives the same policy, whatever the order of rows."""
@@ -160,7 +160,7 @@ def test_row_order(rows, random):
     assert report.transitions <= len(held)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(plays, st.randoms(use_true_random=False))
 def test_one_key(rows, random):
     """With one key, training is one Sarsa over all roles' pairs, to the bit."""
@@ -317,7 +317,7 @@ def test_influence():
     assert q["striker", 5, KICK] == 0.0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.lists(plays, min_size=1, max_size=3))
 def test_no_influence(robots):
     """The influence rule without influence is Sarsa exactly."""

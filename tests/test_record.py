@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from support.processes import pitchlore
 
-from pitchlore.flows.cli import main
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
@@ -49,13 +48,11 @@ def killed(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_killed_match(killed):
+def test_killed_match(killed, call):
     """The next run takes what was played of a match that was killed, frame for frame."""
     store = Store(killed)
     assert not list(store.receipts("matches"))
-    with pytest.raises(SystemExit) as left:
-        main(["run", "--data", str(killed)])
-    assert left.value.code == 0
+    assert call("run", "--data", killed)[0] == 0
     (receipt,) = store.receipts("matches")
     row = store.read_table(receipt, "matches", Matches).row(0, named=True)
     assert not row["complete"]
@@ -109,7 +106,7 @@ def head(data, recipe):
 
 
 @pytest.mark.slow
-def test_killed_early_or_late(tmp_path, capsys):
+def test_killed_early_or_late(tmp_path, call):
     """A kill before the first chunk or at the commit loses nothing logged and leaves no trouble."""
     pytest.importorskip("pygame")
     folders = os.pathsep.join([str(Path(__file__).parent), *sys.path])
@@ -132,10 +129,9 @@ def test_killed_early_or_late(tmp_path, capsys):
     unplayed, _ = head(tmp_path, short(2))
     assert len(logs(tmp_path)) == 3
 
-    with pytest.raises(SystemExit, match="0"):
-        main(["run", "--data", str(tmp_path)])
-    said = f"{unplayed}: removed, for its match was killed before anything of it was logged"
-    assert said in capsys.readouterr().out.splitlines()
+    code, out, _ = call("run", "--data", tmp_path)
+    assert code == 0
+    assert f"{unplayed}: removed, for its match was killed before anything of it was logged" in out.splitlines()
     assert not unplayed.exists()
     store = Store(tmp_path)
     assert not store.quarantined()

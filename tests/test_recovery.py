@@ -78,7 +78,6 @@ def test_failure_everywhere(tmp_path, clips, finished, monkeypatch):
         assert made == wanted
 
 
-@pytest.mark.slow
 def test_rounds(tmp_path, clips):
     """The lengths of behaviours are those of the rounds in the settings."""
     fill(tmp_path, clips)

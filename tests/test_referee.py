@@ -189,7 +189,6 @@ def test_of_any_match(seed, robots, opener):
 
 
 @given(st.integers(0, 2**32), st.integers(1, 6), st.integers(0, 1800))
-@settings(max_examples=30)
 def test_saved_state(seed, robots, at):
     """A saved state goes on as if nothing had happened."""
     frames = list(wild_frames(seed, SHORT.duration, robots))
@@ -201,7 +200,6 @@ def test_saved_state(seed, robots, at):
 
 
 @given(st.integers(0, 2**32), st.integers(1, 6))
-@settings(max_examples=30)
 def test_fairness(seed, robots):
     """Both teams are judged alike."""
     state, turned = begin(HOME), begin(AWAY)

@@ -217,7 +217,7 @@ def test_forgotten_crowd(over):
 
 @pytest.mark.slow
 @given(st.integers(0, 2**32), st.integers(1, 4), st.booleans(), st.booleans(), st.booleans(), st.integers(2, 3))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_literal_referee(seed, robots, remember, penalty, goal_kick, least):
     """The referee agrees, frame by frame, with one that looks back over the whole stretch of play."""
     rules = RefereeSettings(duration_s=1000.0, stuck_s=0.2, crowd_s=0.15, pause_s=0.0, crowd=least,

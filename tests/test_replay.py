@@ -147,7 +147,7 @@ def table_of(rows):
                          for (t, body), (x, y, theta, suspect) in rows.items()])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(recorded, st.sampled_from(Kind))
 def test_bodies(rows, kind):
     """Every body is where it was, and missing where it was missing."""
@@ -187,7 +187,6 @@ def test_slots():
 
 
 @pytest.mark.slow
-@settings(max_examples=30, deadline=None)
 @given(recorded, st.sampled_from([0.002, 0.02, 0.2]))
 def test_near(rows, near):
     """Samples are left out only where lines between the others bring all bodies near their places."""

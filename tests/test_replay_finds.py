@@ -44,6 +44,13 @@ def shown(page: Page) -> str:
     return page.locator("#clock").inner_text().partition(" / ")[0]
 
 
+def opened(page: Page, address: str) -> str:
+    """The clock of an address, loaded anew."""
+    page.goto("about:blank")
+    page.goto(address)
+    return shown(page)
+
+
 def ms(t_ns: int) -> int:
     return round(t_ns / 1e6)
 
@@ -64,7 +71,6 @@ def commonest(own: pl.DataFrame) -> pl.DataFrame:
         name: Behaviours.dtypes()[name] for name in ("behaviour_id", "role", "codes")})
 
 
-@pytest.mark.slow
 def test_behaviours_are_found(store, replay, page):
     """The page finds the occurrences that pipeline.stages.sequences.windows finds of each behaviour by itself."""
     match = next(it for it in played(store) if it.name in replay)
@@ -83,7 +89,6 @@ def test_behaviours_are_found(store, replay, page):
     assert counted > 200
 
 
-@pytest.mark.slow
 def test_a_break_ends_a_run(replay, page):
     """Situations that do not follow one another are no run; the control has each pair that follows."""
     page.goto(f"{replay}#paused")
@@ -99,17 +104,14 @@ def test_a_break_ends_a_run(replay, page):
     assert (pairs, broken) == (True, False)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("wanted", ["", "x", "striker", "striker-", "44-44-44-44-44", "striker-044; drop", "constructor", "__proto__"])
 def test_nonsense_is_not_found(replay, page, wanted):
     """A word that is no behaviour, no code and no kind of event is refused, and the choice stays."""
-    page.goto(f"{replay}#paused&behaviour={wanted}")
-    shown(page)
+    opened(page, f"{replay}#paused&behaviour={wanted}")
     assert page.evaluate(FIND, wanted) is None
     assert page.locator("#situation").input_value() == "21"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("schema", [Passes, Shots])
 def test_events_are_the_tables(store, replay, page, schema):
     """The page's passes and shots are the rows of the public tables."""
@@ -158,18 +160,15 @@ def test_linked_is_escaped():
     assert "file:" not in re.search(r'Security-Policy" content="([^"]*)"', make())[1]
 
 
-@pytest.mark.slow
 def test_data_is_kept_once(pages, replay, page):
     """A replay in the scout's folder has no copy of the match; it shows the one that clips show."""
     match = Path(replay).stem
     assert len((pages.first.parent / "replays" / f"{match}.html").read_bytes()) < 8_000
     assert len((pages.first.parent / "data" / f"{match}.js").read_bytes()) > 10_000
-    page.goto(f"{replay}#t=5&paused")
-    assert shown(page) == "00:05.0"
+    assert opened(page, f"{replay}#t=5&paused") == "00:05.0"
     assert page.locator("#situation optgroup[label^='behaviours of']").count() > 0
 
 
-@pytest.mark.slow
 def test_data_is_missing(pages, browser, tmp_path):
     """A replay without its code or its data says which file it misses."""
     source = next((pages.first.parent / "replays").iterdir())
@@ -185,7 +184,6 @@ def test_data_is_missing(pages, browser, tmp_path):
     alone.close()
 
 
-@pytest.mark.slow
 def test_commentary_leads_into_the_replay(pages, page):
     """Each sentence of the commentary on a match's page leads to its moment, and the replay says it there."""
     found = next((pages.first.parent / "matches").iterdir())
@@ -206,14 +204,11 @@ def test_commentary_leads_into_the_replay(pages, page):
 # ---- address, keys, list
 
 
-@pytest.mark.slow
 def test_address_of_a_behaviour(replay, page):
     """An address without a moment opens just before the first occurrence; pausing keeps choice and filter in it."""
     page.goto(f"{replay}#paused")
     first = page.evaluate(FIND, "striker-046")[0]
-    page.goto("about:blank")
-    page.goto(f"{replay}#behaviour=striker-046&filter&paused")
-    at = shown(page)
+    at = opened(page, f"{replay}#behaviour=striker-046&filter&paused")
     assert float(at[3:]) == pytest.approx(max(0, first[2] / 1000 - 1), abs=0.11)
     assert page.locator("#situation").input_value() == "striker-046"
     assert page.locator("#filter").get_attribute("aria-pressed") == "true"
@@ -221,9 +216,7 @@ def test_address_of_a_behaviour(replay, page):
     page.wait_for_timeout(600)
     assert re.search(r"#t=[\d.]+&behaviour=striker-046&filter&paused$", page.url)
     now = shown(page)
-    page.goto("about:blank")
-    page.goto(f"{replay}#t=9&robot=away-1&situation=044&paused")
-    assert shown(page) == "00:09.0" != now
+    assert opened(page, f"{replay}#t=9&robot=away-1&situation=044&paused") == "00:09.0" != now
     assert page.locator("#situation").input_value() == "44", "as the list of situations has it"
     page.keyboard.press("n")
     page.wait_for_timeout(600)
@@ -231,11 +224,9 @@ def test_address_of_a_behaviour(replay, page):
     assert page.locator("#said").inner_text().startswith(("away 1", shown(page)))
 
 
-@pytest.mark.slow
 def test_filter(replay, page):
     """The key f dims what is not chosen on pitch and time line, and undoes it."""
-    page.goto(f"{replay}#t=5&paused")
-    shown(page)
+    opened(page, f"{replay}#t=5&paused")
     pictures = "['pitch', 'timeline'].map(id => document.getElementById(id).toDataURL())"
     plain = page.evaluate(pictures)
     page.keyboard.press("f")
@@ -248,11 +239,9 @@ def test_filter(replay, page):
     assert page.evaluate(pictures) == plain
 
 
-@pytest.mark.slow
 def test_passes_and_shots(replay, page):
     """The keys p and P go to 1 s before each pass and shot, one after the other."""
-    page.goto(f"{replay}#t=0&paused")
-    shown(page)
+    opened(page, f"{replay}#t=0&paused")
     kicks = [hit[2] / 1000 for hit in page.evaluate(FIND, "kick")]
     wanted = [t for t in kicks if t > 1.01][:3]
     seen = []
@@ -264,11 +253,9 @@ def test_passes_and_shots(replay, page):
     assert float(shown(page)[3:]) == pytest.approx(seen[-2], abs=0.11)
 
 
-@pytest.mark.slow
 def test_list(replay, page):
     """The list has goals, passes and shots, narrows by words, and jumps by mouse and by keyboard alone."""
-    page.goto(f"{replay}#paused&find=kick")
-    shown(page)
+    opened(page, f"{replay}#paused&find=kick")
     page.locator("#panel summary").click()
     rows = page.locator("#list tr")
     kicks = page.evaluate(FIND, "kick")
@@ -292,11 +279,9 @@ def test_list(replay, page):
     assert page.locator("#situation").input_value() == "goalkeeper-184"
 
 
-@pytest.mark.slow
 def test_no_trap(replay, page):
     """The tab key goes through all that can be used, and leaves the page's end."""
-    page.goto(f"{replay}#paused")
-    shown(page)
+    opened(page, f"{replay}#paused")
     page.evaluate("document.activeElement.blur()")
     seen = []
     for _ in range(60):

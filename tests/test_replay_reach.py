@@ -12,7 +12,7 @@ from support.league import serious
 from support.recordings import INSPER, SSL, imported
 from test_replay import MS, make
 from test_replay import trajectories as samples
-from test_replay_finds import replay, shown  # noqa: F401 (fixtures)
+from test_replay_finds import opened, replay, shown  # noqa: F401 (fixtures)
 
 from pitchlore.pipeline.views.commentary import commentary
 from pitchlore.pipeline.views.replay import page as replay_page
@@ -33,13 +33,11 @@ def whole(name: str, folder: Path) -> str:
     return path.as_uri()
 
 
-@pytest.mark.slow
 def test_fingers(replay, browser):  # noqa: F811
     """Two fingers zoom and move the time line; one that taps or drags seeks; buttons are 40 pixels."""
     context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     phone = context.new_page()
-    phone.goto(f"{replay}#t=5&paused")
-    at = shown(phone)
+    at = opened(phone, f"{replay}#t=5&paused")
     low = phone.locator("#controls button:visible").evaluate_all(
         "all => Math.min(...all.map(each => Math.min(each.offsetHeight, each.offsetWidth)))")
     assert low >= 40
@@ -64,27 +62,23 @@ def test_fingers(replay, browser):  # noqa: F811
     context.close()
 
 
-@pytest.mark.slow
 def test_motion(replay, browser):  # noqa: F811
     """A user who wants less motion has to begin it: the control plays by itself."""
     for motion, playing in (("reduce", False), ("no-preference", True)):
         context = browser.new_context(reduced_motion=motion)
-        opened = context.new_page()
-        opened.goto(f"{replay}#t=5")
-        first = shown(opened)
-        opened.wait_for_timeout(400)
-        assert (shown(opened) != first) == playing
+        own = context.new_page()
+        first = opened(own, f"{replay}#t=5")
+        own.wait_for_timeout(400)
+        assert (shown(own) != first) == playing
         context.close()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("name", ["scout", SSL, INSPER])
 def test_for_everybody(replay, page, tmp_path, name, scheme):  # noqa: F811
     """Axe finds nothing serious in any league's page, all fits a small screen, and nothing is wider than a phone."""
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-    page.goto((replay if name == "scout" else whole(name, tmp_path)) + "#t=20")
-    shown(page)
+    opened(page, (replay if name == "scout" else whole(name, tmp_path)) + "#t=20")
     box = page.locator("#timeline").bounding_box()
     assert box["y"] + box["height"] <= 768
     if page.locator("#goals button").count():
@@ -96,11 +90,9 @@ def test_for_everybody(replay, page, tmp_path, name, scheme):  # noqa: F811
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-@pytest.mark.slow
 def test_words_behind_the_pitch(replay, page):  # noqa: F811
     """Where robots and ball are stands in words, too."""
-    page.goto(f"{replay}#t=5&paused")
-    shown(page)
+    opened(page, f"{replay}#t=5&paused")
     places = page.locator("#now .unseen").all_text_contents()
     assert len(places) == page.locator("#now .now").count() + 1
     assert all(re.search(r"at x -?\d+\.\d\d m, y -?\d+\.\d\d m|not seen", each) for each in places)
@@ -115,9 +107,7 @@ def test_banner_of_a_goal(page, tmp_path):
     page.add_init_script("window.drawn = []; const fill = CanvasRenderingContext2D.prototype.fillText;"
                          "CanvasRenderingContext2D.prototype.fillText = function (text, ...at) { drawn.push(text); fill.call(this, text, ...at); }")
     for t, banner in ((0.6, True), (1.0, False), (0.3, False)):
-        page.goto("about:blank")
-        page.goto(f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
-        shown(page)
+        opened(page, f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
         assert page.evaluate("drawn.some((text) => String(text).startsWith('Goal for Blues'))") == banner
     later = "decode(document.getElementById('payload').textContent).then(understand).then((m) => [m.goalAt(600, 0), m.goalAt(600, 500)])"
     first, second = page.evaluate(later)
@@ -135,7 +125,5 @@ def test_score_that_nobody_knows(page, tmp_path, known):
         ((0, "play", None), (450, "goal", "home")), scores, strict=True)], schema=Referee.dtypes(), orient="row")
     (tmp_path / "replay.html").write_text(make(STOPPAGE, goals=goals, referee=referee))
     for t, reported in ((0.2, "0 : 0"), (1.0, "1 : 0")):
-        page.goto("about:blank")
-        page.goto(f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
-        shown(page)
+        opened(page, f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
         assert page.locator("#score").text_content() == (reported if known else "? : ?")

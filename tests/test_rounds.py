@@ -76,7 +76,7 @@ def one_by_one(tables, sides):
 
 @pytest.mark.slow
 @given(leagues)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_all_at_once(found):
     """All matches at once give the patterns and grams of each match and team by itself."""
     tables, sides = league_of(found)
@@ -90,7 +90,7 @@ def test_all_at_once(found):
 
 @pytest.mark.slow
 @given(leagues, st.randoms(use_true_random=False))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_any_order_and_chunks(found, random):
     """Neither the order of the matches, nor the chunks, nor reading them again for each round makes a difference."""
     tables, sides = league_of(found)
@@ -111,7 +111,7 @@ def test_any_order_and_chunks(found, random):
 
 @pytest.mark.slow
 @given(leagues, st.randoms(use_true_random=False))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_decisions(found, random):
     """All matches at once, in any order and in any chunks, give the decisions of each match by itself."""
     tables, sides = league_of(found)
@@ -131,7 +131,7 @@ def test_decisions(found, random):
 
 
 @given(leagues, st.data())
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_digests(found, data):
     """A match has the same digest exactly if it has the same rows, whatever the other matches have."""
     tables, sides = league_of(found)

@@ -120,7 +120,7 @@ def test_by_hand():
     assert learned.q == pytest.approx([0.048, 0.27, 0.65], abs=1e-15)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(values, decisions(), rules)
 def test_textbook(q, rows, rule):
     """Values, errors and visits equal those of the textbook's algorithm."""
@@ -132,7 +132,6 @@ def test_textbook(q, rows, rule):
     np.testing.assert_allclose(learned.last_errors, errors[-1], rtol=0, atol=1e-12)
 
 
-@settings(deadline=None)
 @given(values, decisions(), rules)
 def test_repeatability(q, rows, rule):
     """Learning repeats to the bit and leaves its inputs and unvisited pairs alone."""

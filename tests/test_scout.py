@@ -250,7 +250,6 @@ def test_nothing_has_run(tmp_path, call):
 # ---- in a browser
 
 
-@pytest.mark.slow
 def test_every_page_opens(pages, page):
     """Each page opens from disk without an error, and no name becomes markup."""
     for found in sorted(pages.first.parent.rglob("*.html")):
@@ -259,7 +258,6 @@ def test_every_page_opens(pages, page):
         page.wait_for_timeout(50)
 
 
-@pytest.mark.slow
 def test_clips_play(pages, page):
     """A clip that is seen plays, stops when it is clicked, and others that are not seen load nothing."""
     page.goto(gallery(pages).as_uri())
@@ -276,7 +274,6 @@ def test_clips_play(pages, page):
     assert canvas.evaluate(pixels) == before
 
 
-@pytest.mark.slow
 def test_tables_sort_and_filter(pages, page):
     """The league sorts by a column, both ways, and filters by words."""
     page.goto(pages.first.as_uri())
@@ -294,7 +291,6 @@ def test_tables_sort_and_filter(pages, page):
     assert rows.count() == 0
 
 
-@pytest.mark.slow
 def test_order_of_the_gallery(pages, page):
     """The gallery is by evidence, and by what else is chosen."""
     page.goto(gallery(pages).as_uri())
@@ -308,7 +304,6 @@ def test_order_of_the_gallery(pages, page):
         assert len(set(found)) > 1 or choice == "new"
 
 
-@pytest.mark.slow
 def test_jumps_in_a_replay(pages, page):
     """A replay jumps to the next and the previous kick, and an address rings a robot."""
     replay = next((pages.first.parent / "replays").iterdir())
@@ -340,7 +335,6 @@ def test_eleven_a_side(page, tmp_path):
     assert box["y"] + box["height"] <= 768
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
     """axe finds nothing serious, in both colour schemes, with a node of the ring chosen."""
@@ -355,7 +349,6 @@ def test_for_everybody(pages, page, scheme):
         assert serious(page, scheme) == []
 
 
-@pytest.mark.slow
 def test_report_prints(pages, page, tmp_path):
     """The scouting report is one printed page."""
     for found in (pages.first.parent / "against").glob("*.html"):
@@ -365,7 +358,6 @@ def test_report_prints(pages, page, tmp_path):
         assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "report.pdf").read_bytes())) == 1
 
 
-@pytest.mark.slow
 def test_on_a_phone(pages, page):
     """Nothing is wider than a phone's screen, whatever is opened."""
     root = pages.first.parent

@@ -221,7 +221,6 @@ def test_counted():
 # ---- in a browser
 
 
-@pytest.mark.slow
 def test_filter_finds_words_of_the_behaviour(pages, page):
     """The filter looks at what a behaviour is, on its card and in the table of all; the table sorts."""
     gallery = max((pages.first.parent / "behaviours").iterdir(), key=lambda path: path.stat().st_size)
@@ -244,7 +243,6 @@ def test_filter_finds_words_of_the_behaviour(pages, page):
     assert supports == sorted(supports)
 
 
-@pytest.mark.slow
 def test_differences_are_compared(pages, page):
     """A match is headed by its link, a difference is second less first, and leagues are one where they can be."""
     page.goto((pages.first.parent / "compare.html").as_uri())

@@ -119,7 +119,6 @@ def test_goals_in_halves(store, league):
 # ---- in a browser
 
 
-@pytest.mark.slow
 def test_compares(pages, page):
     """Matches, teams and behaviours are compared as chosen, the choice is in the address, and names are text."""
     page.goto((pages.first.parent / "compare.html").as_uri())
@@ -147,7 +146,6 @@ def test_compares(pages, page):
     assert 0 < sum(counts) <= every
 
 
-@pytest.mark.slow
 def test_one_version_compared_with_itself(pages, page):
     """A team and itself have all in common, and no test of a difference is made."""
     page.goto((pages.first.parent / "compare.html").as_uri())
@@ -157,7 +155,6 @@ def test_one_version_compared_with_itself(pages, page):
     assert re.match(r"\d+ in both, 0 only in .*, 0 only in .*no interval", text)
 
 
-@pytest.mark.slow
 def test_partner_of_a_team(pages, page):
     """The team that is compared with is one of its league that it has played, and the behaviours are those teams'."""
     address = (pages.first.parent / "compare.html").as_uri()
@@ -180,7 +177,6 @@ def test_partner_of_a_team(pages, page):
         assert page.locator("#behaviours [data-side='1'] option:checked").inner_text() == teams[0][1]
 
 
-@pytest.mark.slow
 def test_how_often_sorts(pages, page):
     """Behaviours are counted in ten minutes of play, a click sorts by that, and the first twenty are shown."""
     page.goto((pages.first.parent / "compare.html").as_uri())

@@ -139,7 +139,6 @@ def test_numbers_of_things():
 # ---- in a browser
 
 
-@pytest.mark.slow
 def test_panels_have_room(pages, page):
     """On a desktop a map's panel is wide, the page is not endless, and no sign lies on its count."""
     for found in (pages.first.parent / "maps").glob("*.html"):
@@ -163,7 +162,6 @@ def test_panels_have_room(pages, page):
         page.set_viewport_size({"width": 1366, "height": 768})
 
 
-@pytest.mark.slow
 def test_filters_say_what_is_left(pages, page):
     """Each filtered page says how many are shown, and says so if there are none."""
     root = pages.first.parent
@@ -176,7 +174,6 @@ def test_filters_say_what_is_left(pages, page):
         page.wait_for_load_state("networkidle")  # a clip's data that still load would count as failed
 
 
-@pytest.mark.slow
 def test_keys(pages, page):
     """The first Tab leads to the content; of a card's clips one is a Tab stop, and arrow keys lead on."""
     page.goto(pages.first.as_uri())
@@ -199,7 +196,6 @@ def test_keys(pages, page):
         assert pitch.locator('a[tabindex="0"]').count() == 1, "the marks of a picture are one Tab stop"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_replays_on_a_phone(pages, browser, scheme):
     """A replay is no wider than a phone, and the way back does not lie on the team's name."""
@@ -211,7 +207,6 @@ def test_replays_on_a_phone(pages, browser, scheme):
     phone.close()
 
 
-@pytest.mark.slow
 def test_words_that_there_are(pages, page):
     """Where nothing fits, the page says which words there are, and each of them fills the filter."""
     page.goto(gallery(pages).as_uri())
@@ -229,7 +224,6 @@ def test_words_that_there_are(pages, page):
     page.wait_for_load_state("networkidle")
 
 
-@pytest.mark.slow
 def test_behaviours_fold(pages, page, tmp_path):
     """A few of many cards are shown; a filter looks through all, a link opens its own, and a button all."""
     html = gallery(pages).read_text()
@@ -264,7 +258,6 @@ def test_behaviours_fold(pages, page, tmp_path):
     page.wait_for_load_state("networkidle")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("width", "share"), [(1366, 0.5), (390, 0.46)])
 def test_wide_tables(pages, page, width, share):
     """A table that is wider than its place says so, and its first column stays in sight, with whole words."""
@@ -287,7 +280,6 @@ def test_wide_tables(pages, page, width, share):
             assert clear not in {"rgba(0, 0, 0, 0)", "transparent"}, "what scrolls beneath is not seen"
 
 
-@pytest.mark.slow
 def test_way_to_the_top(pages, page):
     """The way to the top covers nothing, and is not on pages that do not scroll."""
     match = next((pages.first.parent / "matches").glob("*.html")).as_uri()

@@ -206,7 +206,6 @@ def test_maps_by_hand():
     assert (second["near"], third["near"], third["sign"], third["list"]) == (HOSTILE, "c", "", [])
 
 
-@pytest.mark.slow
 def test_only_what_the_version_was_made_from(store, tmp_path):
     """If the maps are gone or were made anew, the page says what to do, and pages are written anew."""
     own = Store(shutil.copytree(store.root, tmp_path / "data"))
@@ -261,7 +260,6 @@ def chart(store, pages) -> Path:
     return page_of(pages, "maps", richest(store))
 
 
-@pytest.mark.slow
 def test_walk(chart, page):
     """Arrow keys walk from neuron to neuron and stop at the edges; one panel shows at a time; an address opens one."""
     page.goto(f"{chart.as_uri()}#n1-0")
@@ -279,7 +277,6 @@ def test_walk(chart, page):
     assert page.url.endswith("#n1-24")
 
 
-@pytest.mark.slow
 def test_ring_of_a_page(chart, page):
     """A chosen behaviour has its arrows marked, in and out, and its panel shown; links lead on."""
     page.goto(chart.as_uri())
@@ -303,7 +300,6 @@ def test_ring_of_a_page(chart, page):
     assert page.locator(f"[id='{to}']").is_visible()
 
 
-@pytest.mark.slow
 def test_without_script(chart, browser):
     """Without scripts all panels are there to read."""
     context = browser.new_context(java_script_enabled=False)
@@ -313,7 +309,6 @@ def test_without_script(chart, browser):
     context.close()
 
 
-@pytest.mark.slow
 def test_roles_filter(store, pages, page):
     """The gallery shows the cards of one role, together with the other filters."""
     page.goto(page_of(pages, "behaviours", richest(store)).as_uri())

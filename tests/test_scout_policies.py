@@ -70,7 +70,7 @@ def policy_page(pages: WrittenPages) -> str:
 
 
 @given(st.sampled_from(KEYS), st.sampled_from(ROLES), st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS)))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_every_state_is_told(key, role, levels):
     """Each state has sentences; what the key does not keep is not said, and pictures are there where it is kept."""
     slot = ROLES.index(role)
@@ -158,7 +158,6 @@ def test_links(pages):
             assert not anchor or f'id="{anchor}"' in target.read_text()
 
 
-@pytest.mark.slow
 def test_what_stands_is_kept(store, tmp_path):
     """A second call writes nothing but a page that is missing; a new policy has its pages written, and no page of a match."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
@@ -174,7 +173,6 @@ def test_what_stands_is_kept(store, tmp_path):
     assert "times 0.9 for" in next((tmp_path / "data" / "scout" / "policies").iterdir()).read_text()
 
 
-@pytest.mark.slow
 def test_older_policy(store, tmp_path, call):
     """A policy that was trained before states were kept says so; the next run makes one that has them."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout", "policies"))
@@ -226,7 +224,6 @@ def test_preferred():
     assert preferred(values, trees, sights.with_columns(role=pl.lit("midfield"))).is_empty()
 
 
-@pytest.mark.slow
 def test_policy_that_looks(tmp_path, call):
     """The page of a policy that looks says what it prefers where; each letter of a picture is in the table under it.
 
@@ -353,7 +350,6 @@ def test_situations_by_kind(pages):
 # ---- in a browser
 
 
-@pytest.mark.slow
 def test_filters(pages, page):
     """A role and a key show their own states only; a kind of pitch its own curves, shares and clips."""
     root = pages.first.parent
@@ -377,7 +373,6 @@ def test_filters(pages, page):
     page.wait_for_load_state("networkidle")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
     """axe finds nothing serious, nothing is wider than a phone, and no script fails, in both colour schemes."""

@@ -279,7 +279,7 @@ class TestLiteral:
         assert_same(fast, recognise_literally(clip, log.info.pitch, DEFAULT))
 
     @pytest.mark.slow
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=25)
     @given(
         seed=st.integers(0, 2**32 - 1), sideways=st.booleans(),
         options=st.just(DEFAULT) | st.builds(
@@ -294,7 +294,7 @@ class TestLiteral:
 
 
 class TestProperties:
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=40)
     @given(seed=st.integers(0, 2**32 - 1))
     def test_one_sequence_a_robot(self, seed):
         """A robot's situations follow each other without overlap, each begun within its segment."""
@@ -317,7 +317,7 @@ class TestProperties:
         ).is_empty()
         assert situations["strength"].is_between(0.5 - 1e-6, 1).all()
 
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=20)
     @given(seed=st.integers(0, 2**32 - 1), team=st.sampled_from(["home", "away"]))
     def test_far_stranger(self, seed, team):
         """A robot far off changes nothing for the others."""
@@ -331,7 +331,7 @@ class TestProperties:
         found = recognise(more, VSSS, DEFAULT)
         assert_frame_equal(found.filter(pl.col("robot") != 9), recognise(table, VSSS, DEFAULT))
 
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=20)
     @given(seed=st.integers(0, 2**32 - 1), shift=st.integers(0, 10**15))
     def test_time_has_no_origin(self, seed, shift):
         table = walk(seed)
@@ -340,7 +340,7 @@ class TestProperties:
             later.with_columns(pl.col("start_ns", "end_ns") - shift), recognise(table, VSSS, DEFAULT)
         )
 
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=20)
     @given(seed=st.integers(0, 2**32 - 1))
     @example(seed=99263)  # the ball, too, is away for a while: there are no samples then
     def test_missing_robot(self, seed):

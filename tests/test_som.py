@@ -35,7 +35,7 @@ def drawn(samples=3000, n=4, seed=1):
 
 
 @given(samples, st.randoms(use_true_random=False))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_split_counts(found, random):
     """Counts may be split and rows shuffled without a change to the map."""
     whole = fit([row[:2] for row in found], [row[2] for row in found])
@@ -99,7 +99,7 @@ def test_seed_decides():
 
 
 @given(samples)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_bytes(found):
     """The bytes of a map are the same each time and can be read back."""
     som = fit([row[:2] for row in found], [row[2] for row in found], 2, 3)

@@ -72,7 +72,7 @@ class TestEncoding:
 
     @pytest.mark.parametrize("key", KEYS)
     @given(st.data())
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     def test_inverse(self, key, data):
         """Encoding is the inverse of decoding, whatever the key."""
         state = data.draw(st.integers(0, size(key) - 1))
@@ -111,7 +111,6 @@ class TestEncoding:
 
     @pytest.mark.parametrize("key", KEYS)
     @given(st.lists(st.tuples(st.integers(0, 2), *(st.integers(0, int(n) - 1) for n in LEVELS)), max_size=5))
-    @settings(max_examples=30, deadline=None)
     def test_projection(self, key, rows):
         """A state by any key is a projection of full36, and the same one at a time."""
         table = np.array(rows, dtype=np.uint8).reshape(-1, 37)
@@ -293,7 +292,7 @@ def scenes(draw):
 
 @pytest.mark.slow
 @given(scenes())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_both_views(scene):
     """The away team's view has the two sides' slots and goals swapped, and the ball going the other way."""
     found, known = elements(bodies([0.0], **scene), NOBODY, VSSS, np.array([0, 1]), np.zeros(2, dtype=np.int64))
@@ -308,7 +307,7 @@ def test_both_views(scene):
 
 
 @given(scenes())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_exchanged_teams(scene):
     """A match that is turned and has its teams exchanged is seen the same."""
     other = {"home": "away", "away": "home"}

@@ -1,14 +1,12 @@
 """The table of teams: laws that every entry keeps, and the lists that are made of it."""
 
 import re
-from contextlib import suppress
 
 import numpy as np
 import pytest
 from support.toy_scenes import view_of
 from support.watched import Watched
 
-from pitchlore.flows.cli import main
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
 from pitchlore.pipeline.arena.match.human import DriveCommand, HumanController
 from pitchlore.pipeline.arena.match.match import MatchInPlay
@@ -114,11 +112,9 @@ def test_names_of_the_schemas():
 
 
 @pytest.mark.parametrize("command", ["record", "play", "evaluate", "season"])
-def test_help_names_the_teams(command, capsys):
+def test_help_names_the_teams(command, call):
     """The help of a command that takes a team names those that it takes."""
-    with suppress(SystemExit):
-        main([command, "--help"])
-    said = re.sub(r"[^\w-]+", " ", capsys.readouterr().out).split()
+    said = re.sub(r"[^\w-]+", " ", call(command, "--help")[1]).split()
     assert set(OPPONENTS if command == "season" else SCRIPTED) <= set(said)
 
 

@@ -219,7 +219,7 @@ def logs(draw):
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(logs())
 def test_turned_log(log):
     """A whole log played the other way has the same trajectories, marked as turned."""
@@ -241,7 +241,7 @@ def test_turned_log(log):
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(logs())
 def test_rows_of_bodies(log):
     """Every body with a place has a row in its frame, and no other has one."""
@@ -252,7 +252,7 @@ def test_rows_of_bodies(log):
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(logs(), st.integers(0, 2**32 - 1))
 def test_other_segments(log, seed):
     """Velocities do not depend on other segments."""

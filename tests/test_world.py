@@ -102,7 +102,7 @@ class TestBall:
         assert np.hypot(*track[-1, VX : VY + 1]) < 1e-12
 
     @given(st.floats(0.5, 6.0), st.floats(-1.0, 1.0), st.floats(0.0, 1.0))
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=25)
     def test_wall(self, speed, angle, bounce):
         """A ball leaves a wall with the restitution of its speed across it and keeps that along it."""
         vx, vy = speed * math.sin(angle), speed * math.cos(angle)
@@ -418,7 +418,6 @@ class TestContract:
 
     @given(st.floats(-1e4, 1e4))
     @example(-math.pi)
-    @settings(deadline=None)
     def test_wrapped_angles(self, theta):
         """Angles are wrapped into half a turn either way."""
         state, bodies = np.zeros((3, 6)), np.zeros((3, 6))
