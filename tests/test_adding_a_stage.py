@@ -1,7 +1,5 @@
 """Adding a stage costs its own files: docs/how-to/stage.md is followed in a copy of the tree."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

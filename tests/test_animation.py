@@ -1,7 +1,5 @@
 """The replay as a film: what is seen where and when, and that it is small and always the same."""
 
-from __future__ import annotations
-
 import io
 import math
 

@@ -1,7 +1,5 @@
 """The best constant team: its file is what its name plays."""
 
-from __future__ import annotations
-
 import json
 from importlib import resources
 

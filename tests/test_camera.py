@@ -1,7 +1,5 @@
 """The camera above the pitch: off it is not there, on it does what its settings say, by the numbers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

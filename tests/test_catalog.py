@@ -1,7 +1,5 @@
 """The catalogue: views over what the receipts vouch for, safe to query."""
 
-from __future__ import annotations
-
 import duckdb
 import pytest
 from support.outputs import put_goal

@@ -1,7 +1,5 @@
 """How sure a policy is: returns by episode, the choice in each state, and states in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 import pytest

@@ -1,7 +1,5 @@
 """Expected goals: what is in the way of a shot, models that have not seen its match, the table, the pages."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

@@ -1,7 +1,5 @@
 """The command line: help, options, settings, and commands that make things."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

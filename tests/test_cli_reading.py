@@ -1,7 +1,5 @@
 """The command line: commands that read a data folder."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The table of commands in a data folder, and data folders that were made before it."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The commentary: what is reported of hand-made scenes, and what a reader relies on in a recording."""
 
-from __future__ import annotations
-
 import functools
 import re
 

@@ -1,7 +1,5 @@
 """Matches of constant teams, from the simulator to pages: each is a team of its own name."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

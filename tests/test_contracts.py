@@ -1,7 +1,5 @@
 """The house, besides the import contracts of pyproject.toml."""
 
-from __future__ import annotations
-
 from conftest import ROOT
 
 from pitchlore.pipeline.engine.stages import STAGES

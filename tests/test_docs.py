@@ -1,7 +1,5 @@
 """The reference says all that the code has, and the site holds together."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Our teams drive robots that others simulate, and others drive robots that we simulate."""
 
-from __future__ import annotations
-
 import json
 import math
 import signal

@@ -1,7 +1,5 @@
 """Cost of an edit of the code: only what it changes is made again."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import shutil

@@ -1,7 +1,5 @@
 """The arena for learners: the libraries' own checks, and a match through it beside the same match alone."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

@@ -1,7 +1,5 @@
 """Evaluations: hand-worked statistics, fair pairs, and results that do not depend on who played them."""
 
-from __future__ import annotations
-
 import polars as pl
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Possession, passes, shots and pressure: worked examples, what holds on recordings, and a server's word."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Executors: robots that do what their situations say, so that the recogniser would say so too."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Exports: tables that come back, files that kloppy and floodlight read, recordings that viewers draw."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from dataclasses import replace

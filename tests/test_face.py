@@ -1,7 +1,5 @@
 """The face: what ``import pitchlore`` shows, over a match in memory and over a data folder."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import shutil

@@ -1,7 +1,5 @@
 """A match that was found done is not looked at again until something that it depends on changes."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The fuzzy language: its terms are scikit-fuzzy's, its conditions mean what they say."""
 
-from __future__ import annotations
-
 from math import isnan, pi, sqrt
 
 import numpy as np

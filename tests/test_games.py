@@ -1,7 +1,5 @@
 """Matrix games: payoffs, equilibria, and the checks of a game."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The grid world: moves, walls, rewards, and plans from brute force."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Goals of five matches, attributed by two people's eyes and by the pipeline."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import polars as pl

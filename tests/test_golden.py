@@ -1,7 +1,5 @@
 """Outputs of the chain for known matches, to the last digit; `make golden` makes them anew."""
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 

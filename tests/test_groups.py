@@ -1,7 +1,5 @@
 """Learning match by match: behaviours of one match alone, players that log, knowledge that adds up."""
 
-from __future__ import annotations
-
 import dataclasses
 import io
 import json

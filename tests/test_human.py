@@ -1,7 +1,5 @@
 """A person's team without a person: the driven robot obeys, the others play on, switching finds whom it should."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Seasons against a person: games at the window, one now, one later, by injected events and without a screen."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How a recording is opened, told and named; the recordings that nobody here simulated."""
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 import io

@@ -1,7 +1,5 @@
 """The unit of a table's headings: given by a map, or by the headings, and never taken for another silently."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

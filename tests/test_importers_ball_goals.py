@@ -1,7 +1,5 @@
 """Goals found from the ball: what counts, what does not, and what a match says of it."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

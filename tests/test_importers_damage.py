@@ -1,7 +1,5 @@
 """Tracking tables that are damaged, partial or no tables, and maps that do not fit."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Direction of home's attack, found from where the bodies stand."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 import pytest

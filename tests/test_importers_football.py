@@ -1,7 +1,5 @@
 """Football's recordings, as kloppy reads them: sizes, places, numbers, heights, states and refusals."""
 
-from __future__ import annotations
-
 import io
 import sys
 from dataclasses import replace

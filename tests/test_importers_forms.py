@@ -1,7 +1,5 @@
 """Tables of other forms: wide, without a header, with decimal commas, in other encodings; what a user may have meant."""
 
-from __future__ import annotations
-
 import codecs
 import time
 

@@ -4,8 +4,6 @@ A recording is synthetic if ``recordings/make.py`` wrote it: it tells the sketch
 must make the same match. No file from outside is needed.
 """
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The map belongs to the match: it is kept until another is given."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

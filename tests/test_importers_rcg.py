@@ -1,7 +1,5 @@
 """RoboCup 2D text logs: hand-written ones with known values, and damaged ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Referee events of tracking tables, from states of the game, scores and segments."""
 
-from __future__ import annotations
-
 import polars as pl
 import pytest
 from support.tracking import course, events, flaws, read

@@ -1,7 +1,5 @@
 """Damaged SSL logs: what is whole is read, what is not is flagged."""
 
-from __future__ import annotations
-
 import gzip
 import struct
 import tempfile

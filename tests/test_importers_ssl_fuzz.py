@@ -1,7 +1,5 @@
 """Damage of SSL logs that nobody thought of: only errors of ours, soon, and what is read is a sound match."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

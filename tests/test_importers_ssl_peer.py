@@ -3,8 +3,6 @@
 The match is of real robots (../shared/matches). Two cameras see it, with noise, and overlap by two metres.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 import subprocess

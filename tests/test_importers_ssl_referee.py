@@ -1,7 +1,5 @@
 """Messages of the game controller, as events, names, sides and score."""
 
-from __future__ import annotations
-
 import polars as pl
 import pytest
 from support import ssl_messages as ssl

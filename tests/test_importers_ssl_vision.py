@@ -1,7 +1,5 @@
 """Bodies of SSL logs: cameras joined to samples, the ball among false ones, trackers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

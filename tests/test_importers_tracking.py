@@ -1,7 +1,5 @@
 """Tracking tables: hand-written ones in several forms with known values."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A match that comes part by part has the situations that it has as a whole."""
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Pieces of work in tasks: each fails by itself, and only what may succeed later is tried again."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest

@@ -1,7 +1,5 @@
 """Jolts of the ball: how much its velocity has just changed, against the literal ones and by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

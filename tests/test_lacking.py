@@ -1,7 +1,5 @@
 """Words of a run on its knowledge: why there is none, which leagues it mixes, and how it is restricted."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

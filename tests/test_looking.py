@@ -1,7 +1,5 @@
 """The learner that looks: sights, what came of them, appraisals, and the team that plays by them."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 import pytest

@@ -1,7 +1,5 @@
 """How matches are played, from a file and from options: other pitches, numbers of robots, and a camera."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The log of a match: round trips, the recorder, and the row of a match."""
 
-from __future__ import annotations
-
 import io
 from datetime import UTC, datetime
 

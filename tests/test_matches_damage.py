@@ -1,7 +1,5 @@
 """The log of a match, damaged: what is sound is kept, what is not is named."""
 
-from __future__ import annotations
-
 import io
 import json
 import tracemalloc

@@ -1,7 +1,5 @@
 """The log of a match beside mcap's own tools: they read ours, ours reads theirs."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib

@@ -1,7 +1,5 @@
 """A match in memory has the tables of a data folder that holds it alone."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

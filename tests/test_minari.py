@@ -1,7 +1,5 @@
 """Decisions as a Minari dataset: written by the command, loaded by Minari, equal to the table."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

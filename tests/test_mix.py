@@ -1,7 +1,5 @@
 """Played matches beside recorded ones: the same situations, about as often."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import polars as pl

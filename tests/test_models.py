@@ -1,7 +1,5 @@
 """Models of scoring soon: trees, logistic and shipped ones, and who is judged by which."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

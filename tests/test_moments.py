@@ -1,7 +1,5 @@
 """Moments of play: features as each team sees them, and whether it scores soon."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 import pytest

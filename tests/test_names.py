@@ -5,8 +5,6 @@ A message has the file, the line and what is missing. Paths begin with one of :d
 also give a name of its own module.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import re

@@ -1,7 +1,5 @@
 """Neurons: what lies on each neuron of a map, and how far it is from the others."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 import pytest

@@ -1,7 +1,5 @@
 """The notebooks run from top to bottom, and show what they are committed with."""
 
-from __future__ import annotations
-
 import errno
 import re
 import shutil

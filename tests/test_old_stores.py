@@ -1,7 +1,5 @@
 """Data folders with knowledge whose behaviours have no intervals: shown, compared, asked, added to."""
 
-from __future__ import annotations
-
 import io
 import json
 

@@ -1,7 +1,5 @@
 """Recordings of packets: written as they come, read whole or damaged, and imported as matches."""
 
-from __future__ import annotations
-
 import io
 import math
 

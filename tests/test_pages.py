@@ -1,7 +1,5 @@
 """Pages of the tree: every relative link leads somewhere, and the index of decisions has all of them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from functools import cache

@@ -1,7 +1,5 @@
 """Section 5 of the paper through the flow and the command line."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Players: the teams that play soccer, and what they are made of; the executors have a file of their own."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A policy plays as the team did whose decisions it learned from, in a recorded match and in an environment."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Queries only read: statements that write, in every form and place that DuckDB's grammar has for them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Recognition of a recording's situations: what a kind usually shows, and the flaw where it is far less."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

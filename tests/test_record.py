@@ -1,7 +1,5 @@
 """`pitchlore record` and `pitchlore play`: what they leave behind when they are killed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Faults are named, mended and forgotten: nothing good is left out for ever."""
 
-from __future__ import annotations
-
 import dataclasses
 import shutil
 

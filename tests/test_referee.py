@@ -1,7 +1,5 @@
 """The referee: goals, stuck balls, the clock, properties of whole matches, and their events."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The referee: crowds in a goal area, stalemates there, and how long it remembers them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The referee: where restarts put the bodies, and its marks on pitches of any size."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """A release says the same everywhere: Python versions, licence, version, lock."""
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

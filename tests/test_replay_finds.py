@@ -1,7 +1,5 @@
 """Search and lists of the replay page, and how addresses and keys move it."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The replay page by fingers, with less motion, on small screens, and for those who cannot see it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Restarts: their kinds, what came of each, and the control of any moment of play."""
 
-from __future__ import annotations
-
 import polars as pl
 import pytest
 from support.recordings import ALL, RSIM, imported

@@ -1,7 +1,5 @@
 """Schemas: our check of a table's rules says what dataframely's says."""
 
-from __future__ import annotations
-
 import dataframely as dy
 import polars as pl
 import pytest

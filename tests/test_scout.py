@@ -1,7 +1,5 @@
 """The scout's pages: what they say, that they stand, and that they work in a browser."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """A coach's questions answered in small tables: losses, goals, halves, passes, shots, danger, and who is counted."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

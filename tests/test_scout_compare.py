@@ -1,7 +1,5 @@
 """The scout's page that compares, and pages of chosen teams and matches."""
 
-from __future__ import annotations
-
 import json
 import re
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """How the scout's pages look and lead about: nothing is squeezed, filters say what is left, pictures say who attacks."""
 
-from __future__ import annotations
-
 import re
 
 import polars as pl

@@ -1,7 +1,5 @@
 """The scout's maps, what follows what, and where behaviours begin and end: the numbers, the pages, a browser."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from html import unescape

@@ -1,7 +1,5 @@
 """The scout's pages of policies, its situations by kind of pitch, and its restarts: in tables and in a browser."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Typical grams of a team, sequels of its behaviours, and the ones that its page shows."""
 
-from __future__ import annotations
-
 import math
 
 import polars as pl

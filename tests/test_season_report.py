@@ -1,7 +1,5 @@
 """The report on seasons: plots, the page in both forms, the command."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

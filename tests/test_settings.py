@@ -1,7 +1,5 @@
 """Settings: what a TOML file may say, and how its errors are reported."""
 
-from __future__ import annotations
-
 import pytest
 
 from pitchlore.pipeline.base.errors import BadSettings

@@ -1,7 +1,5 @@
 """Training that goes on until a team settles: what a look sees, when it ends, and what JAQ comes to."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from pydantic import ValidationError

@@ -1,7 +1,5 @@
 """`watch --replay`: a window beside the recording, which never waits for it."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import queue

@@ -1,7 +1,5 @@
 """Values of grams: means with errors by match, shrunk towards families, merged version by version."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

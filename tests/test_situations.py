@@ -1,7 +1,5 @@
 """Situations: the right code at the right time, and nothing a user could not rely on."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import pi
 

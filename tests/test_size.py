@@ -4,8 +4,6 @@ Lines count that have something on them, docstrings and comments among them. A c
 them raises :data:`MOST` in the same commit and says why, after looking for what it makes unnecessary.
 """
 
-from __future__ import annotations
-
 from conftest import ROOT
 
 MOST = 22_000

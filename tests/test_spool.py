@@ -1,7 +1,5 @@
 """Bytes that are too many for memory."""
 
-from __future__ import annotations
-
 import gc
 from pathlib import Path
 

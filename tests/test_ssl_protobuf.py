@@ -5,8 +5,6 @@ The fields are those of RoboCup-SSL/ssl-game-controller at 671c293: ``proto/stat
 encoder of their own (``support.ssl_messages``), which is held to the same fields here.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fast to the hand: a command loads only what it needs, and one that only looks leaves no trace."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The data folder: nothing half-written is ever seen, nothing good is ever lost."""
 
-from __future__ import annotations
-
 import errno
 import os
 import signal

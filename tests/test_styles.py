@@ -1,7 +1,5 @@
 """The scripts of two styles: a high press, and a deep block with passes forward; and what static has in common with them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shared disks: temporaries, locks and clocks of other machines."""
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import os

@@ -1,7 +1,5 @@
 """The commands that keep the data folder tidy."""
 
-from __future__ import annotations
-
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES

@@ -1,7 +1,5 @@
 """Values: V at moments, and what situations change of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 import pytest

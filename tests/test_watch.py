@@ -1,7 +1,5 @@
 """The match that is being played is recorded as its packets arrive, whatever else arrives."""
 
-from __future__ import annotations
-
 import json
 import signal
 import socket

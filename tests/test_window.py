@@ -1,7 +1,5 @@
 """A person at the window: keys and sticks by injected events, no screen; what was played is a match like any."""
 
-from __future__ import annotations
-
 import json
 import math
 import time

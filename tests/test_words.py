@@ -1,7 +1,5 @@
 """Plain English: docstrings, help texts and headings name their subject first."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

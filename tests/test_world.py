@@ -1,7 +1,5 @@
 """The arena's physics against closed forms and conservation laws, its borders, and that it repeats itself."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

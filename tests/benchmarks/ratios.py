@@ -5,8 +5,6 @@ shown; one whose name holds the word ``ours`` is the one that the others of its 
 ``imports`` of a command are named beside it, in milliseconds.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -3,8 +3,6 @@
 `python -X importtime` of each command names what it spends its start on: the heaviest packages are listed.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections import Counter

@@ -4,8 +4,6 @@ The alternative to parts is to recognise the whole segment of play anew at each 
 packets decoded, velocities, situations, and a picture.
 """
 
-from __future__ import annotations
-
 import os
 
 import polars as pl

@@ -5,8 +5,6 @@ the robot itself. scikit-fuzzy's control simulation gets them as its own rules, 
 (it has no ``very``: such a condition goes without); its arithmetic way is `trapmf` and numpy's minimum.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable
 from functools import reduce

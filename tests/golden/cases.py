@@ -5,8 +5,6 @@ inputs, and a digest of all that was made, of which the text may show a part. If
 and inputs give another text, a version must be raised: :func:`complaint` says which.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import sys

@@ -3,8 +3,6 @@
 A case that a fuzz run finds (`make fuzz`) is kept here.
 """
 
-from __future__ import annotations
-
 import gzip
 import io
 import json

@@ -4,8 +4,6 @@ Run it to write the files anew: ``PYTHONPATH=tests python tests/recordings/make.
 its reader in ``pipeline.importers.readers.READERS``; the map of ``x.csv`` is ``x.csv.toml``.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterator
 from pathlib import Path

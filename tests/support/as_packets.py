@@ -1,7 +1,5 @@
 """A recorded match as the packets of a league that would have been sent while it was played."""
 
-from __future__ import annotations
-
 from support import vsss_messages
 
 from pitchlore.pipeline.importers.packets.recorder import Packet

@@ -3,8 +3,6 @@
 A line of standard input is a delay in seconds, an action and a folder. The answer is a line: what came of it.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence

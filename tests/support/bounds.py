@@ -1,7 +1,5 @@
 """Cost of a call: seconds, and the memory that this process takes more."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Stores in a bucket, each with the copy of a machine of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Work that tests of buckets do, and what another machine does meanwhile."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A bucket on this machine: moto's S3, and in front of it a proxy that fails as a network does."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

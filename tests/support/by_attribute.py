@@ -1,7 +1,5 @@
 """Steps with state and forces body by body, by pymunk's attributes and its own step: what ours must equal."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

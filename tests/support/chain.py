@@ -6,8 +6,6 @@ trained. Everything is hashed but the catalogue, which holds paths and times of 
     PYTHONPATH=tests python -m support.chain FILE
 """
 
-from __future__ import annotations
-
 import hashlib
 import sys
 from pathlib import Path

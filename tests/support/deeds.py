@@ -1,7 +1,5 @@
 """Functions that tests hand to other processes. These load this module, and none of the tests' own."""
 
-from __future__ import annotations
-
 import os
 import signal
 

@@ -1,7 +1,5 @@
 """The recogniser's codes of robots that execute a code in the arena."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from functools import cache

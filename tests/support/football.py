@@ -1,7 +1,5 @@
 """The provider's files that kloppy's wheel ships, read where they are installed and never copied."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

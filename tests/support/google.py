@@ -1,7 +1,5 @@
 """A stand-in for Google's store of objects, as far as its XML interface is used: objects with generations."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """A match of hand-made tables, as views take one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """True if a run would make anything, found without making it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from pitchlore.pipeline.engine.costs import Spent

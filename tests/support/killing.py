@@ -8,8 +8,6 @@ were reached, and the exit code.
 The children are forked before this process has started any thread: they have nothing to import.
 """
 
-from __future__ import annotations
-
 import fcntl
 import importlib
 import os

@@ -1,7 +1,5 @@
 """A league with pages, made once for all processes of a session."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ trigonometry, memberships are scikit-fuzzy's, conditions are walked as Python sy
 dict, and priorities are painted on a list. Both must find the same situations.
 """
 
-from __future__ import annotations
-
 import ast
 import functools
 import itertools

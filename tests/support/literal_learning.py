@@ -3,8 +3,6 @@
 A rule is a class, an agent an object, and what it knows its own dicts, by what it saw and did. Random numbers are drawn in the order that :func:`pipeline.stages.paradigms.runner.play_runs` documents.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ The referee of the product carries counts from frame to frame; this one looks ba
 the oracle of ``tests/test_referee_crowds.py``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Logs and policies in which the best action follows what robots see."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 

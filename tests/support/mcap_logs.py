@@ -1,7 +1,5 @@
 """Match logs of chosen frames, their bytes, and the records in them."""
 
-from __future__ import annotations
-
 import io
 from datetime import UTC, datetime
 

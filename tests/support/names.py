@@ -1,7 +1,5 @@
 """Modules of the checkout and the names in them, read from their sources: nothing is imported."""
 
-from __future__ import annotations
-
 import ast
 import builtins
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 ``make notebooks`` runs this module: it writes the outputs anew.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Hand-made moments of play, and the rows they give."""
 
-from __future__ import annotations
-
 import numpy as np
 import polars as pl
 from support.rows import MATCH, S, bodies

@@ -1,7 +1,5 @@
 """A hand-made output in a store."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import polars as pl

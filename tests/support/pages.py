@@ -1,7 +1,5 @@
 """Files of the checkout, as git has them, and the generator of the reference."""
 
-from __future__ import annotations
-
 import importlib.util
 import subprocess
 from functools import cache

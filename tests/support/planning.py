@@ -5,8 +5,6 @@ rewards until the episode ends. With discount 1 an episode may go on for ever wi
 rewards or penalties go on for ever, too, nothing has a worth, and planning refuses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 Lengths are rounded to millimetres and angles to degrees: what another machine's sine gives differs later.
 """
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any

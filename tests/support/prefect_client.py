@@ -1,7 +1,5 @@
 """Questions of tests to Prefect's server, by Prefect's client: while the database is busy it asks again."""
 
-from __future__ import annotations
-
 from typing import Any
 from uuid import UUID
 

@@ -1,7 +1,5 @@
 """Processes of other programs."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

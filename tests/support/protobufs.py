@@ -1,7 +1,5 @@
 """Messages of the leagues as protobuf's own library has them, from descriptors that are built here."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

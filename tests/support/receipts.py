@@ -1,7 +1,5 @@
 """Receipts as an earlier version of Pitchlore wrote them: changed, and without a checksum of themselves."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Recordings for tests: read from bytes, and the recorded matches that nobody here simulated."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from hashlib import sha256

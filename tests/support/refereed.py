@@ -1,7 +1,5 @@
 """Hand-made frames for the referee, and its calls at them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pitchlore.pipeline.arena.physics.laws import (

@@ -1,7 +1,5 @@
 """A stage as docs/how-to/stage.md says to add one: robots' top speeds, in the noun sprints."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 NEW = {

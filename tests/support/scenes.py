@@ -1,7 +1,5 @@
 """Tiny hand-made matches: bodies on given paths, as tables of trajectories."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from math import pi
 

@@ -1,7 +1,5 @@
 """Folders and ports that all processes of a session share."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Short SSL games for tests: packets by second, as logs and as matches."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from support.ssl_messages import REFEREE, VISION_2014, Message, Seen, Team, log, referee, size, vision

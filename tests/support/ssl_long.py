@@ -3,8 +3,6 @@
 Every robot of a real log has the same fields, so that a packet is a slice of a table of bytes.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 

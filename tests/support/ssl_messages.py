@@ -3,8 +3,6 @@
 The numbers are written here once more, so that a wrong one in ``pipeline.importers.ssl_logs.fields`` shows.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A command in a terminal of its own, as a person runs it: Ctrl-C reaches all in its foreground."""
 
-from __future__ import annotations
-
 import os
 import pty
 import select

@@ -3,8 +3,6 @@
 It stands in for the arena where a player only needs something that answers to its wheels.
 """
 
-from __future__ import annotations
-
 # isort: off
 from pitchlore import pipeline  # noqa: F401 - before numba: it says where numba keeps its cache
 # isort: on

@@ -1,7 +1,5 @@
 """Scenes for players: made by hand, of any kind, and legal ones in which a situation may begin, with what follows."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

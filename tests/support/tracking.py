@@ -1,7 +1,5 @@
 """Tracking tables in text, and what a match made of one says."""
 
-from __future__ import annotations
-
 import io
 
 import polars as pl

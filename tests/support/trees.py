@@ -1,7 +1,5 @@
 """Copies of the tree, for tests of what an edit or an installation does."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

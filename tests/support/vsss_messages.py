@@ -3,8 +3,6 @@
 The numbers are written here once more, so that a wrong one in ``pipeline.importers.packets.vsss`` shows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from support.ssl_messages import f64, integer, span

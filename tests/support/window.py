@@ -1,7 +1,5 @@
 """A person at the window for tests: events that are injected when so many frames have been due, without a clock."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest
