@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import hypothesis
 import polars as pl
 import pytest
-from support.sessions import FOLDER, QUIET, keep_migrated, migrated, once
+from support.sessions import FOLDER, QUIET, RELAY, keep_migrated, migrated, once
 
 from pitchlore import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
 from pitchlore.flows.server import Process
@@ -117,6 +117,15 @@ def prefect_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
             yield server.record.api
     finally:
         server.stop()
+
+
+@pytest.fixture(scope="session")
+def relayed(prefect_server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Environment of a command that starts a server of its own, which asks that one: Prefect's takes seconds to load."""
+    folder = tmp_path_factory.mktemp("relay")
+    port = prefect_server.removesuffix("/api").rpartition(":")[2]
+    (folder / "uvicorn.py").write_text(RELAY.replace("{port}", port))
+    return {"PYTHONPATH": str(folder)}
 
 
 @pytest.fixture(scope="session")

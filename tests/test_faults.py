@@ -23,15 +23,14 @@ from threading import Thread
 import pytest
 from conftest import run
 from support.outputs import put_goal
-from support.processes import alive, eventually, pitchlore
-from support.sessions import migrated
+from support.processes import pitchlore
 from support.terminal import terminal
 
 from pitchlore.flows import serving
 from pitchlore.flows.cli import main
 from pitchlore.flows.server import Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
-from pitchlore.pipeline.engine import catalog, imports, matches
+from pitchlore.pipeline.engine import catalog, matches
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
@@ -115,15 +114,20 @@ def test_closed_streams(tmp_path, closed):
 
 
 def test_working_directory(tmp_path, derby, monkeypatch):
-    """Modules of the folder in which a command is called are not loaded; of one that ends well no process is left."""
+    """Modules of the folder in which a command is called are not loaded; of one that ends well no process is left.
+
+    That Prefect's home is no folder is nothing to it.
+    """
     for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline", "pitchlore"):
         (tmp_path / f"{name}.py").write_text(f"import pathlib; pathlib.Path('{name}-was-here').touch()")
     (tmp_path / "flows").mkdir()
     (tmp_path / "flows" / "__init__.py").touch()
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    with terminal("import", "--isolate", derby, "--data", "data", folder=tmp_path) as command:
+    with terminal("import", "--isolate", derby, "--data", "data", folder=tmp_path,
+                  environment={"PREFECT_HOME": "/dev/null"}) as command:
         assert command.end(300.0) == 0
         assert "derby-" in command.text
+        assert "pitchlore: " not in command.text
         assert command.left(20.0) == []
     assert not list(tmp_path.glob("*-was-here"))
     assert len(list(Store(tmp_path / "data").receipts("matches"))) == 1
@@ -240,62 +244,6 @@ def test_locked_database(tmp_path):
     assert trouble(file) is None
 
 
-def test_prefect_of_others(tmp_path, derby):
-    """A home of Prefect's that another version has migrated, or that is no folder, stops no command."""
-    home = tmp_path / "home"
-    home.mkdir()
-    with closing(sqlite3.connect(home / "prefect.db")) as other:
-        other.execute("create table alembic_version (version_num text)")
-        other.execute("insert into alembic_version values ('of-the-future')")
-        other.commit()
-    data = tmp_path / "data"
-    migrated(Keeper(data).folder, database())
-    for words, there in ((("import", derby), "/dev/null"), (("run", "--flow"), home)):
-        code, _, err = command(*words, "--data", data, PREFECT_HOME=str(there))
-        assert (code, lines(err)) == (0, [])
-
-
-#: A command whose flow, when it would import a recording, stops its server and waits.
-HANGS = """
-import os, signal, time
-from pathlib import Path
-import pitchlore.pipeline.engine.imports, pitchlore.flows.server
-from pitchlore.flows import serving
-def wait(*_):
-    server = pitchlore.flows.server.Keeper(Path({data!r})).look()
-    os.kill(server.pid, signal.SIGSTOP)
-    serving.WATCH_S, serving.REPLY_S = 0.2, 0.5
-    print(server.pid, flush=True)
-    time.sleep(600)
-pitchlore.pipeline.engine.imports.take_in = wait
-"""
-
-
-@pytest.fixture
-def flow(derby, tmp_path, monkeypatch) -> Path:
-    """A data folder with a recording in its inbox, whose server finds a database; there is no other server."""
-    data = tmp_path / "data"
-    (data / "inbox").mkdir(parents=True)
-    derby.rename(data / "inbox" / derby.name)
-    migrated(Keeper(data).folder, database())
-    monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    return data
-
-
-def test_server_that_hangs_meanwhile(flow):
-    """If its server hangs while flows run, the command ends within seconds, and the server with it."""
-    words = pitchlore("run", "--flow", "--data", flow, before=HANGS.format(data=str(flow)))
-    with subprocess.Popen(words, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
-        assert command.stdout is not None
-        number, begun = int(command.stdout.readline()), time.monotonic()
-        _, err = command.communicate(timeout=SOON_S)
-    assert time.monotonic() - begun < 15
-    assert command.returncode == 1
-    assert "Traceback" not in err
-    assert lines(err)[-1].endswith("does not answer. What was finished is kept; run the command again to go on.")
-    assert eventually(lambda: not alive(number), 5)
-
-
 class Greeting(BaseHTTPRequestHandler):
     """Answers as a server of Prefect's does."""
 
@@ -324,28 +272,6 @@ def test_server_that_ends_meanwhile(monkeypatch):
         greeter.shutdown()
         greeter.server_close()
         assert ended.get(timeout=SOON_S) == (f"The Prefect server {url} does not answer", 1)
-
-
-def test_database_locked_meanwhile(flow, monkeypatch, call):
-    """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
-    monkeypatch.setattr(serving, "REQUEST_S", 1.0)
-    monkeypatch.setattr(serving, "AGAIN", 1)
-    monkeypatch.setattr("pitchlore.flows.server.STOP_S", 0.5)
-    with closing(sqlite3.connect(flow / "server" / database(), check_same_thread=False)) as other:
-        locked: list[float] = []
-
-        def lock(*_: object) -> None:
-            other.execute("begin immediate")
-            locked.append(time.monotonic())
-            raise ValueError("refused")
-
-        monkeypatch.setattr(imports, "take_in", lock)
-        code, _, err = call("run", "--flow", "--data", flow)
-    assert time.monotonic() - locked[0] < 15
-    assert code == 1
-    assert "Traceback" not in err
-    assert "the Prefect server failed (ReadTimeout: timed out" in err
-    assert err.endswith("What was finished is kept; run the command again to go on.\n")
 
 
 def test_version_that_cannot_be_made(copied, monkeypatch):

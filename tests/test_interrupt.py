@@ -1,16 +1,22 @@
-"""Ctrl-C and kill: a command stops at any moment, says what is kept, and leaves no process behind."""
+"""Ctrl-C, kill, a server that fails: a command stops at any moment, says what is kept, and leaves no process behind."""
 
 from __future__ import annotations
 
 import os
 import signal
+import sqlite3
+import subprocess
 import time
+from contextlib import closing
 
 import pytest
+from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
+from pitchlore.flows import serving
 from pitchlore.flows.server import Keeper, database
+from pitchlore.pipeline.engine import imports
 from pitchlore.pipeline.store import Store
 
 pytestmark = pytest.mark.slow
@@ -79,12 +85,13 @@ pitchlore.pipeline.engine.catalog.catalog.listing = forever
 
 
 @pytest.fixture
-def flow(derby, tmp_path):
-    """A data folder with a recording in its inbox, whose server finds a database."""
+def flow(derby, tmp_path, monkeypatch):
+    """A data folder with a recording in its inbox, whose server finds a database; there is no other server."""
     data = tmp_path / "data"
     (data / "inbox").mkdir(parents=True)
     derby.rename(data / "inbox" / derby.name)
     migrated(Keeper(data).folder, database())
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
     return data
 
 
@@ -167,12 +174,65 @@ def test_ignored_ctrl_c(finished):
 
 @pytest.mark.parametrize(("moment", "number", "code"), [
     ("starting", signal.SIGKILL, -signal.SIGKILL), ("moment", signal.SIGKILL, -signal.SIGKILL), ("moment", signal.SIGTERM, 143)])
-def test_ended_command(flow, moment, number, code):
+def test_ended_command(flow, relayed, moment, number, code):
     """No process outlives a command that is killed, and so no server of its flow. SIGTERM ends one with a line."""
-    with terminal("run", "--flow", "--data", flow, before=MOMENTS["a task runs"]) as command:
+    server = {} if moment == "starting" else relayed
+    with terminal("run", "--flow", "--data", flow, before=MOMENTS["a task runs"], environment=server) as command:
         command.until(moment)
         os.kill(command.process.pid, number)
         assert command.end(SOON_S) == code
         said = "pitchlore: Terminated. What was finished is kept; run the command again to go on." in command.text
         assert said == (number == signal.SIGTERM)
         assert command.left(SOON_S) == []
+
+
+#: A command whose flow, when it would import a recording, stops its server and waits.
+HANGS = """
+import os, signal, time
+from pathlib import Path
+import pitchlore.pipeline.engine.imports, pitchlore.flows.server
+from pitchlore.flows import serving
+def wait(*_):
+    server = pitchlore.flows.server.Keeper(Path({data!r})).look()
+    os.kill(server.pid, signal.SIGSTOP)
+    serving.WATCH_S, serving.REPLY_S = 0.2, 0.5
+    print(server.pid, flush=True)
+    time.sleep(600)
+pitchlore.pipeline.engine.imports.take_in = wait
+"""
+
+
+def test_server_that_hangs_meanwhile(flow, relayed):
+    """If its server hangs while flows run, the command ends within seconds, and the server with it."""
+    words = pitchlore("run", "--flow", "--data", flow, before=HANGS.format(data=str(flow)))
+    with subprocess.Popen(words, text=True, env=os.environ | relayed, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+        assert command.stdout is not None
+        number, begun = int(command.stdout.readline()), time.monotonic()
+        _, err = command.communicate(timeout=60.0)
+    assert time.monotonic() - begun < 15
+    assert command.returncode == 1
+    assert "Traceback" not in err
+    assert err.rstrip().endswith("does not answer. What was finished is kept; run the command again to go on.")
+    assert eventually(lambda: not alive(number), 5)
+
+
+def test_database_locked_meanwhile(flow, monkeypatch, call):
+    """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
+    monkeypatch.setattr(serving, "REQUEST_S", 1.0)
+    monkeypatch.setattr(serving, "AGAIN", 1)
+    monkeypatch.setattr("pitchlore.flows.server.STOP_S", 0.5)
+    with closing(sqlite3.connect(flow / "server" / database(), check_same_thread=False)) as other:
+        locked: list[float] = []
+
+        def lock(*_: object) -> None:
+            other.execute("begin immediate")
+            locked.append(time.monotonic())
+            raise ValueError("refused")
+
+        monkeypatch.setattr(imports, "take_in", lock)
+        code, _, err = call("run", "--flow", "--data", flow)
+    assert time.monotonic() - locked[0] < 15
+    assert code == 1
+    assert "Traceback" not in err
+    assert "the Prefect server failed (ReadTimeout: timed out" in err
+    assert err.endswith("What was finished is kept; run the command again to go on.\n")

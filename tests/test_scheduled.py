@@ -18,10 +18,9 @@ import pytest
 import yaml
 from conftest import ROOT, clip
 from support.processes import eventually
-from support.sessions import migrated
 from support.terminal import terminal
 
-from pitchlore.flows.server import Keeper, database
+from pitchlore.flows.server import Keeper
 from pitchlore.pipeline.engine.history import log
 from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
@@ -53,14 +52,12 @@ def test_run_states(tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
-def test_serve_alone(tmp_path, monkeypatch):
+def test_serve_alone(tmp_path, monkeypatch, prefect_server, relayed):
     """Without a server, serve starts one, does the runs that are due one by one, and takes the server with it."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    migrated(Keeper(tmp_path).folder, database())
     (tmp_path / "inbox").mkdir()
     clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
-    often = {"COLUMNS": "400", "PREFECT_RUNNER_POLL_FREQUENCY": "1"}
+    often = {"COLUMNS": "400", "PREFECT_RUNNER_POLL_FREQUENCY": "1", **relayed}
     with terminal("serve", "--data", tmp_path, environment=often) as command:
         command.until("prefect deployment run run/pitchlore")
         api = re.search(r"PREFECT_API_URL=(\S+)", command.text)[1]
@@ -81,6 +78,7 @@ def test_serve_alone(tmp_path, monkeypatch):
         assert command.end(20.0) in (0, 130)
         assert command.left(20.0) == []
     assert Keeper(tmp_path).look() is None
+    httpx.delete(f"{prefect_server}/deployments/{found.json()['id']}").raise_for_status()
 
 
 @pytest.mark.usefixtures("prefect_server")

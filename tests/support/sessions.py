@@ -24,6 +24,31 @@ QUIET = {f"PREFECT_SERVER_SERVICES_{service}_ENABLED": "false" for service in (
 QUIET |= {f"PREFECT_SERVER_SERVICES_{setting}": seconds for setting, seconds in (
     ("SCHEDULER_LOOP_SECONDS", "2"), ("LATE_RUNS_AFTER_SECONDS", "1"), ("LATE_RUNS_LOOP_SECONDS", "2"))}
 
+#: Stands in for uvicorn: a data folder's server that is there at once, and asks another one all that it is asked.
+RELAY = """
+import asyncio
+class Config:
+    def __init__(self, *_, **__): pass
+class Server:
+    started = True
+    def __init__(self, _): pass
+    async def startup(self, sockets=None): pass
+    def run(self, sockets): asyncio.run(self.serve(sockets))
+    async def serve(self, sockets):
+        serving = await asyncio.start_server(self.relay, sock=sockets[0])
+        await self.startup(sockets)
+        await serving.serve_forever()
+    async def relay(self, reader, writer):
+        answers, asked = await asyncio.open_connection("127.0.0.1", {port})
+        await asyncio.gather(self.pass_on(reader, asked), self.pass_on(answers, writer), return_exceptions=True)
+    async def pass_on(self, reader, writer):
+        try:
+            while part := await reader.read(65_536):
+                writer.write(part)
+        finally:
+            writer.close()
+"""
+
 
 def once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
     """A folder that the first process of the session makes; the others wait for it."""
