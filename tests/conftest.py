@@ -160,6 +160,16 @@ def browser():
 
 
 @pytest.fixture
+def timed(benchmark):
+    """Time so many units of work, as pytest-benchmark's pedantic takes it; the result of the work."""
+    def run(units, unit, *work, **options):
+        benchmark.extra_info.update(units=units, unit=unit)
+        return benchmark.pedantic(*work, **options)
+
+    return run
+
+
+@pytest.fixture
 def page(browser):
     """A page whose errors fail the test."""
     errors: list[str] = []
@@ -205,19 +215,6 @@ def derby(tmp_path) -> Path:
     """A recording of five seconds."""
     clip(0.0, 5.0).write_csv(tmp_path / "derby.csv")
     return tmp_path / "derby.csv"
-
-
-@pytest.fixture(scope="session")
-def recording() -> object:
-    """A function that gives a recording that nobody here simulated, or skips where it is absent."""
-
-    def find(name: str) -> Path:
-        path = RECORDINGS / name
-        if not path.exists():
-            pytest.skip(f"{name} is not beside this checkout (it may not be copied into the project)")
-        return path
-
-    return find
 
 
 CLIPS = {"early": (0.0, 60.0), "late": (290.0, 350.0)}

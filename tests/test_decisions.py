@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.rows import MATCH, S, bodies, consecutive, patterns, situations
+from support.rows import MATCH, S, bodies, consecutive, patterns, referee, situations
 
 from pitchlore.pipeline.game.episodes import episodes
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -15,7 +15,7 @@ from pitchlore.pipeline.stages.decisions import complete, disjoint_instances, ob
 from pitchlore.pipeline.stages.sequences.derive import choices, sequences
 from pitchlore.pipeline.stages.sequences.windows import followed
 from pitchlore.pipeline.state import elements, encode
-from pitchlore.schemas import Decisions, Goals, Referee, Sequences
+from pitchlore.schemas import Decisions, Goals, Sequences
 
 VSSS = PITCHES[Kind.VSSS]
 GRAMS = GramSettings(alpha=0.5, tick_s=1.0)
@@ -23,11 +23,6 @@ SIX = {
     "home_1": (-0.3, 0.1, 0.0, "m"), "away_1": (0.4, -0.2, 3.0, "s"), "away_2": (0.7, 0.0, 3.0, "g"),
 }
 KNOWN = patterns(("m", [1, 11]), ("m", [46]), ("s", [46]))
-
-
-def referee(*rows):
-    return pl.DataFrame([(MATCH, round(t * S), event, team, None, None, None) for t, event, team in rows],
-                        schema=Referee.dtypes(), orient="row")
 
 
 def goals_of(events):

@@ -127,10 +127,12 @@ class TestGroups:
         assert_frame_equal(found, whole)
 
     def test_refused_group(self, store):
-        """A group that is refused leaves out its match only."""
+        """A group that is refused leaves out its match only; behaviours of the whole store, none."""
         name = recording_of(store)
         for match in (name, PLAYED):
             learn(store, group(match))
+        store.quarantine("behaviours", "all", ValueError("no"))
+        assert len(scope_of(store).matches) == 2
         refresh(store)
         rows = "select distinct match_id from decisions order by match_id"
         assert set(ask(catalog_path(store), rows)["match_id"]) == {name, PLAYED}
@@ -139,12 +141,6 @@ class TestGroups:
         refresh(store)
         assert ask(catalog_path(store), rows)["match_id"].to_list() == [PLAYED]
         assert set(ask(catalog_path(store), "select distinct match_id from values")["match_id"]) == {name, PLAYED}
-
-    def test_refused_store(self, store):
-        """If behaviours of the whole store are refused, no match is blamed."""
-        learn(store, group(PLAYED))
-        store.quarantine("behaviours", "all", ValueError("no"))
-        assert len(scope_of(store).matches) == 2
 
 
 @pytest.mark.parametrize("share_of", ["groups", "situations"])
@@ -209,11 +205,6 @@ class TestTeams:
         assert_frame_equal(seen.drop("version"), occurred.filter(team=away).drop("version"))
         assert manifest.details["imitates"]["team"] == away
 
-    def test_pooled(self, store):
-        """A pool is one team: its grams are those of all that it names."""
-        _, known, seen = self.learned(store, SETTINGS)
-        assert set(known["team"]) == set(seen["team"]) == {"both"}
-
     def test_imitated(self, store):
         """A policy values what the knowledge has of the team that it imitates, and nothing else."""
         home = store.receipt("matches", recording_of(store)).details["home"]
@@ -270,7 +261,7 @@ class TestDecisions:
 
 class TestAddingUp:
     def test_new_match(self, store):
-        """A version is the knowledge before and what is new."""
+        """A version is the knowledge before and what is new, if that is asked for; a pool is one team."""
         name = recording_of(store)
         learn(store, group(name))
         first, new = emit(store, ADDS_UP, group(name))
@@ -279,6 +270,7 @@ class TestAddingUp:
         second, new = emit(store, ADDS_UP, group(PLAYED))
         assert (second.version, second.parent, new, second.details["matches"]) == (2, 1, True, 2)
         known, seen = version(store, first)
+        assert set(known["team"]) == set(seen["team"]) == {"both"}
         patterns = table(store, "behaviours", PLAYED, "patterns", Patterns)
         alone = patterns.with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
         both = merge_behaviours([known, alone], 2)
@@ -290,6 +282,9 @@ class TestAddingUp:
         assert "striker-099-099-099" not in later["behaviour_id"].to_list(), "no version of ours knows it"
         by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")
         assert second.details["occasions"] == by_the_state_key.height
+        alone, _ = emit(store, KnowledgeSettings(), group(PLAYED))
+        assert alone.details["matches"] == 1
+        assert not any(label.startswith("parent/") for label in alone.inputs)
 
     def test_same_team(self, store):
         """Later versions imitate the team that the first does, whoever played since; matches add up by team."""
@@ -316,12 +311,3 @@ class TestAddingUp:
         with pytest.raises(BadSettings, match=f"knowledge version 2 holds {scopes[0].group} already"):
             emit(store, other, scopes[0])
         assert store.versions("knowledge") == [1, 2]
-
-    def test_off_by_default(self, store):
-        """Knowledge does not add up unless it is asked for."""
-        scopes = [group(recording_of(store)), group(PLAYED)]
-        for scope in scopes:
-            learn(store, scope)
-            manifest, _ = emit(store, KnowledgeSettings(), scope)
-            assert manifest.details["matches"] == 1
-        assert not any(label.startswith("parent/") for label in manifest.inputs)

@@ -95,14 +95,11 @@ def test_quoted_head_is_cheap() -> None:
 # --- without a header -------------------------------------------------------------------------------
 
 def test_no_header() -> None:
-    """A table without a header is read with a map that numbers its columns."""
+    """A table without a header is read with a map that numbers its columns; numbers count those of one with a header, too."""
     assert same(opened(HEADLESS.encode(), "game.csv", load_map(NUMBERED)), read(LONG))
     commas = HEADLESS.replace(",", ";").replace(".", ",")
     assert same(opened(commas.encode(), "game.csv", load_map(NUMBERED)), read(LONG))
 
-
-def test_numbers_with_a_header() -> None:
-    """Numbers count the columns of a table with a header, too."""
     assert same(read(LONG, load_map("[columns]\nx = 5\nteam = 3\n")), read(LONG))
 
 

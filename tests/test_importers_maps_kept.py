@@ -33,16 +33,11 @@ def derby(tmp_path: Path) -> tuple[Store, Path, Path]:
     return store, file, mapping
 
 
-def test_kept(derby: tuple[Store, Path, Path]) -> None:
-    """Importing again without a map changes nothing."""
+def test_kept_when_made_anew(derby: tuple[Store, Path, Path]) -> None:
+    """Importing again without a map changes nothing; a match that has to be made anew is made with the map that it has."""
     store, file, _ = derby
     report = import_all(store, [Recording(file=file)])
     assert (report.kept, report.made) == (1, [])
-
-
-def test_kept_when_made_anew(derby: tuple[Store, Path, Path]) -> None:
-    """A match that has to be imported again is imported with the map that it has."""
-    store, file, _ = derby
     (before,) = store.receipts("matches")
     (store.root / before.files["log"].path).unlink()
     receipt, new = import_recording(store, Recording(file=file))

@@ -3,8 +3,8 @@
 import numpy as np
 import polars as pl
 import pytest
-from support.of_values import NAMES, VSSS, looked_at, referee, tracks
-from support.rows import S
+from support.of_values import NAMES, VSSS, looked_at, tracks
+from support.rows import S, referee
 
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
 from pitchlore.pipeline.stages.values.moments import BallStates, RobotStates, features

@@ -158,21 +158,15 @@ def test_broken_off_episode():
 
 @pytest.mark.parametrize("learner", ["IQ", "lenient"])
 def test_company(monkeypatch, learner):
-    """A run is the same, whatever runs and workers are beside it."""
+    """A run is the same, whatever runs and workers are beside it; no runs give empty columns."""
     settings, _ = LEARNERS[learner]
     game, training, testing = matrix.fully_stochastic_climbing(), quick_training(), runner.Testing(5, 1, 1.0)
     together = play_runs(game, settings, training, testing, runs=range(23), seeds=SEEDS)
     assert len(set(together.last.tolist())) > 1
-    for runs, workers in ((range(23), 1), (range(23), 7), (range(5, 9), 2), (range(20, 2, -3), 3), (range(4, 5), 64)):
+    for runs, workers in ((range(23), 1), (range(23), 7), (range(5, 9), 2), (range(20, 2, -3), 3), (range(4, 5), 64), (range(0), 2)):
         monkeypatch.setattr(os, "cpu_count", lambda workers=workers: workers)
         apart = play_runs(game, settings, training, testing, runs=runs, seeds=SEEDS)
         same(apart, Runs(*(column[list(runs)] for column in together)))
-
-
-def test_no_runs():
-    """No runs give empty columns."""
-    played = play_runs(matrix.climbing(), IQ(), quick_training(), runner.Testing(), runs=range(0), seeds=SEEDS)
-    assert [len(column) for column in played] == [0, 0, 0, 0, 0, 0]
 
 
 def test_seeds():
@@ -196,7 +190,7 @@ def hot(ticks):
 
 
 def test_diverged_run():
-    """A run that diverges counts as no success, even where action 0 is the optimum."""
+    """A run that diverges counts as no success, even where action 0 is the optimum; its memory stays finite."""
     training = hot(200)
     played = play_runs(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=range(20), seeds=SEEDS)
     assert played.diverged.all()
@@ -205,11 +199,7 @@ def test_diverged_run():
     assert np.isnan(played.length).all()
     expected = literal.play(stream(SEEDS, 0), GAMES["climbing"][1], EXPLODING, training, runner.Testing())
     assert expected.diverged
-
-
-def test_diverged_memory():
-    """A diverged run's memory stays finite."""
-    memory = learn(matrix.climbing(), EXPLODING, hot(200), run=0, seeds=SEEDS)
+    memory = learn(matrix.climbing(), EXPLODING, training, run=0, seeds=SEEDS)
     assert np.isfinite(memory.q).all()
     assert np.abs(memory.q).max() > 1e6
 

@@ -4,12 +4,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.processes import pitchlore
+from support.processes import eventually, pitchlore
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
@@ -34,11 +33,8 @@ def killed(tmp_path_factory):
     words = ["record", "--home", "static", "--away", "static", "--minutes", MINUTES, "--data", data]
     with subprocess.Popen(pitchlore(*words)) as process:
         try:
-            deadline = time.monotonic() + 120
-            while not any(file.stat().st_size > CHUNKS for file in (data / "playing").glob("*.mcap")):
-                assert process.poll() is None, "it ended before it could be killed"
-                assert time.monotonic() < deadline
-                time.sleep(0.01)
+            eventually(lambda: process.poll() is not None or any(log.stat().st_size > CHUNKS for log in logs(data)), 120)
+            assert process.poll() is None, "it ended before it could be killed"
         finally:
             process.kill()
     assert process.returncode == -signal.SIGKILL
@@ -114,11 +110,9 @@ def test_killed_early_or_late(tmp_path, call):
         for words in ([sys.executable, "-c", COMMITTING, tmp_path], pitchlore("play", "--data", tmp_path))
     )
     try:
-        deadline = time.monotonic() + 120
-        while not any(log.name.startswith("human-") and log.stat().st_size > HEAD for log in logs(tmp_path)):
-            assert person.poll() is None, "it ended before it could be killed"
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        eventually(lambda: person.poll() is not None or any(
+            log.name.startswith("human-") and log.stat().st_size > HEAD for log in logs(tmp_path)), 120)
+        assert person.poll() is None, "it ended before it could be killed"
         person.kill()
         assert committing.wait(120) == -signal.SIGKILL
     finally:

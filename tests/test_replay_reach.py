@@ -78,6 +78,7 @@ def test_for_everybody(replay, page, tmp_path, name, scheme):  # noqa: F811
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     opened(page, (replay if name == "scout" else whole(name, tmp_path)) + "#t=20")
     box = page.locator("#timeline").bounding_box()
+    assert box["height"] > 100
     assert box["y"] + box["height"] <= 768
     if page.locator("#goals button").count():
         goal = page.locator("#goals button").first.bounding_box()
@@ -86,6 +87,9 @@ def test_for_everybody(replay, page, tmp_path, name, scheme):  # noqa: F811
     assert serious(page, scheme) == []
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    if name == "scout":
+        way, team = (page.locator(each).bounding_box() for each in ("header nav", "#home"))
+        assert way["y"] + way["height"] <= team["y"], "the way back does not lie on the team's name"
 
 
 def test_words_behind_the_pitch(replay, page):  # noqa: F811

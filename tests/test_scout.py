@@ -11,14 +11,13 @@ import pytest
 from conftest import clip
 from support.handmade import derived, handmade
 from support.league import HOSTILE, bring, gallery, serious
-from support.recordings import INSPER, RSIM, imported
+from support.recordings import RSIM, imported
 
 from pitchlore.pipeline.engine.catalog import forget_match
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.replay import page as replay_page
 from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.sources import team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
@@ -132,10 +131,10 @@ def test_teams_are_told_apart():
 
 
 def test_links_lead_somewhere(pages):
-    """Each address on each page is a file that is there; between maps, galleries and graphs, a place that is there."""
+    """Each address on each page is a file that is there; between maps, galleries, graphs and policies, a place that is there."""
     texts = {path: path.read_text() for path in pages.first.parent.rglob("*.html") if path.parent.name != "replays"}
     ids = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in texts.items()
-           if path.parent.name in ("maps", "behaviours")}
+           if path.parent.name in ("maps", "behaviours", "policies") or path.stem == "policies"}
     places = 0
     for page, text in texts.items():
         for link in re.findall(r'(?:href|src)="([^"]*)"', text):
@@ -323,16 +322,6 @@ def test_jumps_in_a_replay(pages, page):
 
 
 @pytest.mark.slow
-def test_eleven_a_side(page, tmp_path):
-    """With eleven robots a side, all time lines and the list of goals fit a small screen."""
-    log = imported(INSPER)
-    (tmp_path / "replay.html").write_text(replay_page(handmade(log.info.pitch, **derived(log))))
-    page.goto((tmp_path / "replay.html").as_uri())
-    page.wait_for_function("document.getElementById('timeline').clientHeight > 100")
-    box = page.locator("#timeline").bounding_box()
-    assert box["y"] + box["height"] <= 768
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
     """axe finds nothing serious, in both colour schemes, with a node of the ring chosen."""

@@ -194,17 +194,6 @@ def test_keys(pages, page):
         assert pitch.locator('a[tabindex="0"]').count() == 1, "the marks of a picture are one Tab stop"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_replays_on_a_phone(pages, browser, scheme):
-    """A replay is no wider than a phone, and the way back does not lie on the team's name."""
-    phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
-    phone.goto(next((pages.first.parent / "replays").iterdir()).as_uri())
-    assert phone.evaluate("document.documentElement.scrollWidth") <= 390
-    way, team = (phone.locator(each).bounding_box() for each in ("header nav", "#home"))
-    assert way["y"] + way["height"] <= team["y"]
-    phone.close()
-
-
 def test_words_that_there_are(pages, page):
     """Where nothing fits, the page says which words there are, and each of them fills the filter."""
     page.goto(gallery(pages).as_uri())

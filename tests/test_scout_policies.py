@@ -10,9 +10,9 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.league import HOSTILE, copied, serious
+from support.league import copied, serious
 from support.played import looking
-from test_scout import text_of
+from test_scout import test_links_lead_somewhere, test_nothing_but_text, text_of  # noqa: F401 (here of policies, too)
 
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
@@ -139,23 +139,6 @@ def test_states_are_in_words(store, pages):
     assert sentences(levels_in_words(top["elements"]), "striker")[0] in shown
 
 
-def test_names_are_text(pages):
-    """A team's hostile name is text on the pages of policies, too."""
-    for name in ("policies.html", *(f"policies/{it.name}" for it in (pages.first.parent / "policies").iterdir())):
-        assert HOSTILE not in text_of(pages, name)
-
-
-def test_links(pages):
-    """Each address on the pages of policies is a file, and each card of a behaviour is on its page."""
-    root = pages.first.parent
-    for page in [root / "policies.html", *(root / "policies").iterdir()]:
-        for link in re.findall(r'(?:href|src)="([^"]*)"', page.read_text()):
-            name, _, anchor = link.partition("#")
-            target = page.parent / name if name else page  # an anchor alone is on the page itself
-            assert target.exists()
-            assert not anchor or f'id="{anchor}"' in target.read_text()
-
-
 def test_what_stands_is_kept(store, tmp_path):
     """A second call writes nothing but a page that is missing; a new policy has its pages written, and no page of a match."""
     shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
@@ -251,7 +234,7 @@ def test_policy_that_looks(tmp_path, call):
 def test_of_other_teams(store, tmp_path):
     """Pages of some matches only lead to no team that they leave out."""
     chosen = write_pages(store, tmp_path / "pages", [next(iter(store.receipts("matches"))).name])
-    test_links(chosen)
+    test_links_lead_somewhere(chosen)
 
 
 def test_no_policy(tmp_path_factory):

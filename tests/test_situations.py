@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.literal import Found, recognise_literally
-from support.recordings import INSPER, RCSS, RSIM, SSL, imported
+from support.recordings import INSPER, RCSS, RSIM, SSL, beside, imported
 from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
@@ -388,8 +388,8 @@ class TestTables:
         assert set(table["variable"]) == {"distance", "orientation", "bearing", "playing time", "velocity"}
         assert table.select((pl.col("rises_at").is_not_null() | pl.col("falls_at").is_not_null()).all()).item()
 
-    def test_priorities_are_the_papers(self, recording):
+    def test_priorities_are_the_papers(self):
         """Names and priorities are those of the paper's Table 1."""
-        path = recording("README.md").parent.parent / "paper" / "table1_situations.csv"
+        path = beside("README.md").parent.parent / "paper" / "table1_situations.csv"
         paper = pl.read_csv(path)
         assert {row["code"]: (row["name"], row["priority"]) for row in paper.iter_rows(named=True)}.items() <= TABLE_1.items()

@@ -206,8 +206,7 @@ class TestDirection:
 
 
 class TestScore:
-    EVENTS = referee((1.0, "goal", "away", None, None), (2.0, "goal", "home", None, None),
-                     (3.0, "goal", "home", None, None))
+    EVENTS = referee((1.0, "goal", "away"), (2.0, "goal", "home"), (3.0, "goal", "home"))
 
     @pytest.mark.parametrize(("t", "home", "away"), [
         (0.5, "drawing", "drawing"), (1.0, "losing", "winning"), (2.5, "drawing", "drawing"),
@@ -240,7 +239,7 @@ class TestSituation:
     def test_between_segments(self, event, segment, level):
         """Between segments the game situation is that of the last event; in a segment it is normal, whatever came before."""
         table = bodies([1.0], ball=(0.0, 0.0), **SIX).with_columns(segment=pl.lit(segment, dtype=pl.Int32))
-        assert see(table, t=1.0, events=referee((0.5, event, "home", None, None)))["game situation"] == level
+        assert see(table, t=1.0, events=referee((0.5, event, "home")))["game situation"] == level
 
 
 class TestSlots:

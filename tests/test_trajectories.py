@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from polars.testing import assert_frame_equal
 from support.logs import make_log, ns
-from support.recordings import read
+from support.recordings import RCSS, SSL, read, recording
 from support.tracks import at_60hz, of, run, still
 
 from pitchlore.pipeline.game.pitch import Kind
@@ -302,10 +302,9 @@ def test_order_of_robots(sample):
     assert_frame_equal(run(MatchLog(sample.info, short))[0], run(MatchLog(sample.info, backwards))[0])
 
 
-def test_real_robots(recording):
+def test_real_robots():
     """Flags of real robots are those found by eye: outliers, a ball and a robot moved (docs/decisions/trajectories.md)."""
-    path = recording("ssl-2025-robocin-tigers-345s.parquet")
-    log = read(path.read_bytes(), path.name, match_id="recorded")
+    log = read(recording(SSL), SSL, match_id="recorded")
     table, quality = run(replace(log, referee=log.referee.clear()))  # all of it as play
     jumps = quality.filter(pl.col("flaw") != "gap").select("flaw", "count", pl.col("start_ns") // 1_000_000)
     assert jumps.rows() == [("ball jump", 9, 72_031), ("ball jump", 1, 258_621), ("robot jump", 1, 184_247)]
@@ -316,10 +315,9 @@ def test_real_robots(recording):
     assert max(fastest["home"], fastest["away"]) < 5
 
 
-def test_sim2d_goals(recording):
+def test_sim2d_goals():
     """A simulated 2D match stops at its goals, and players are put back after them."""
-    path = recording("rcssserver-3v3.rcg.gz")
-    table, quality = run(read(path.read_bytes(), path.name, match_id="recorded"))
+    table, quality = run(read(recording(RCSS), RCSS, match_id="recorded"))
     stops = table.group_by("segment").agg(pl.col("t_ns").max()).drop_nulls("segment").sort("segment")
     assert stops["t_ns"].to_list()[:3] == [21_700_000_000, 56_800_000_000, 92_100_000_000]
     put = quality.filter(pl.col("note").str.starts_with("put elsewhere"))

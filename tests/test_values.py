@@ -3,8 +3,8 @@
 import numpy as np
 import polars as pl
 import pytest
-from support.of_values import NOTHING, looked_at, referee, tracks
-from support.rows import MATCH, S, consecutive, situations
+from support.of_values import NOTHING, looked_at, tracks
+from support.rows import MATCH, S, consecutive, referee, situations
 
 from pitchlore.pipeline.settings import ValueSettings
 from pitchlore.pipeline.stages.values.models import shipped

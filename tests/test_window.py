@@ -67,13 +67,11 @@ class TestKeys:
         assert controls.listen([]).paused
         assert not controls.listen([key(pygame.K_p)]).paused
         assert controls.listen([key(pygame.K_ESCAPE)]).leave
+        assert Controls().listen([pygame.event.Event(pygame.QUIT)]).leave, "the window is closed"
 
     def test_other_keys_do_nothing(self):
         asked = Controls().listen([key(pygame.K_F5), key(pygame.K_F5, down=False), button(99), stick(4, 1.0)])
         assert asked == (DriveCommand(), None, False, False)
-
-    def test_a_closed_window_leaves(self):
-        assert Controls().listen([pygame.event.Event(pygame.QUIT)]).leave
 
     def test_lost_focus(self):
         """A window that loses the focus lets go of the keys and pauses."""

@@ -355,7 +355,6 @@ class TestBorders:
 
 
 
-
 class TestSameAgain:
 
     def test_placing(self):
@@ -426,7 +425,9 @@ class TestContract:
         assert math.cos(bodies[1, THETA] - theta) == pytest.approx(1)
 
     def test_bad_places(self):
-        """Placing refuses another shape and what is no number."""
+        """Placing refuses another shape and what is no number; without a robot a side there is no arena."""
+        with pytest.raises(BadSettings, match="robot a side"):
+            Arena(VSSS, 0)
         arena = Arena(VSSS, 3)
         with pytest.raises(BadSettings, match=r"\(7, 6\), these have \(5, 6\)"):
             arena.place(np.zeros((5, 6)))
@@ -451,11 +452,6 @@ class TestContract:
         """A frame refuses commands for more or fewer robots than it has."""
         with pytest.raises(BadSettings, match=r"shape \(6, 2\)"):
             Arena(VSSS, 3).frame(np.zeros(shape))
-
-    def test_no_robots(self):
-        """An arena without a robot a side is refused."""
-        with pytest.raises(BadSettings, match="robot a side"):
-            Arena(VSSS, 0)
 
     def test_walls(self):
         """The walls leave the pitch and its goals free."""

@@ -43,11 +43,10 @@ def chain(data: Path) -> None:
 
 
 @pytest.mark.benchmark(group="a match from recording to behaviours, files written and synced")
-def test_ours(benchmark, tmp_path):
+def test_ours(timed, tmp_path):
     chain(tmp_path / "warm")
     folders = iter(range(100))
-    benchmark.extra_info.update(units=PLAY_S, unit="seconds of play")
-    benchmark.pedantic(lambda: chain(tmp_path / str(next(folders))), rounds=5)
+    timed(PLAY_S, "seconds of play", lambda: chain(tmp_path / str(next(folders))), rounds=5)
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +110,7 @@ def test_many(benchmark, tmp_path, copies):
 
 
 @pytest.mark.benchmark(group="SQL over 100 matches")
-def test_sql_ours(benchmark, tmp_path):
+def test_sql_ours(timed, tmp_path):
     from pitchlore.pipeline.engine.catalog import refresh
 
     store = Store(tmp_path)
@@ -128,5 +127,4 @@ def test_sql_ours(benchmark, tmp_path):
     catalog = refresh(store)[0]
     sql = ("select match_id, team, name, count(*) n, avg((end_ns-start_ns)/1e9) s from situations "
            "group by all order by n desc")
-    benchmark.extra_info.update(units=100, unit="matches")
-    assert benchmark.pedantic(lambda: ask(catalog, sql), rounds=5).height > 0
+    assert timed(100, "matches", lambda: ask(catalog, sql), rounds=5).height > 0

@@ -36,7 +36,7 @@ class Replayed(Controller):
         wheels[:] = self.wheels[frame % FRAMES]
 
 
-def measure(benchmark, begin, actions):
+def measure(timed, begin, actions):
     """Play all actions from a new kick-off."""
     def play(one):
         for action in actions:
@@ -47,36 +47,35 @@ def measure(benchmark, begin, actions):
         one.reset(seed=1)
         return (one,), {}
 
-    benchmark.extra_info.update(units=FRAMES, unit="frames")
-    benchmark.pedantic(play, setup=fresh, rounds=7, warmup_rounds=1)
+    timed(FRAMES, "frames", play, setup=fresh, rounds=7, warmup_rounds=1)
 
 
 @pytest.mark.benchmark(group=GROUP)
 @pytest.mark.parametrize("frames", [
     pytest.param(1, id="ours, six agents, a frame a step"), pytest.param(4, id="six agents, four frames a step"),
 ])
-def test_wheels(benchmark, frames):
+def test_wheels(timed, frames):
     """Six agents; each step returns observations, rewards and infos of all."""
     names = parallel_env().possible_agents
     actions = [dict(zip(names, step, strict=True)) for step in drawn(FRAMES)[::frames]]
-    measure(benchmark, lambda: parallel_env(step_s=frames / 60), actions)
+    measure(timed, lambda: parallel_env(step_s=frames / 60), actions)
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_six_agents_behaviours_of_24_frames(benchmark):
+def test_six_agents_behaviours_of_24_frames(timed):
     names = parallel_env().possible_agents
     actions = [dict(zip(names, step.tolist(), strict=True)) for step in drawn(FRAMES // 24, len(BEHAVIOURS))]
-    measure(benchmark, lambda: parallel_env(actions="behaviours"), actions)
+    measure(timed, lambda: parallel_env(actions="behaviours"), actions)
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_one_agent_a_team_against_static(benchmark):
+def test_one_agent_a_team_against_static(timed):
     actions = list(drawn(FRAMES)[:, :3].reshape(FRAMES, 6))
-    measure(benchmark, lambda: env("static"), actions)
+    measure(timed, lambda: env("static"), actions)
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_the_match_alone(benchmark):
+def test_the_match_alone(timed):
     """The limit: the same wheels in a match that nobody looks at and that is not logged."""
     driven = TeamSettings(kind="human")
     recipe = Recipe(home=driven, away=driven, seed=1)
@@ -85,5 +84,4 @@ def test_the_match_alone(benchmark):
     def fresh():
         return (MatchInPlay(recipe, (Replayed(wheels[:, :3]), Replayed(wheels[:, 3:])), logged=False),), {}
 
-    benchmark.extra_info.update(units=FRAMES, unit="frames")
-    benchmark.pedantic(lambda match: match.advance(FRAMES), setup=fresh, rounds=7, warmup_rounds=1)
+    timed(FRAMES, "frames", lambda match: match.advance(FRAMES), setup=fresh, rounds=7, warmup_rounds=1)

@@ -57,15 +57,14 @@ def with_polars(table, n):
 
 @pytest.mark.benchmark(group="count and value the 4-grams of one match")
 @pytest.mark.parametrize("how", ["ours", "polars window functions"])
-def test_of_a_match(benchmark, how):
+def test_of_a_match(timed, how):
     table = valued()
     ours = spelt(merge([grams(table, 4)]), 4)
     theirs = with_polars(table, 4)
     assert ours["count"].to_list() == theirs["count"].to_list()
     assert np.allclose(ours["value_sum"], theirs["value_sum"], atol=1e-6)
     run = (lambda: grams(table, 4)) if how == "ours" else (lambda: with_polars(table, 4))
-    benchmark.pedantic(run, rounds=20, warmup_rounds=2)
-    benchmark.extra_info.update(units=table.height, unit="situations")
+    timed(table.height, "situations", run, rounds=20, warmup_rounds=2)
 
 
 def added_up_by_polars(tables):
@@ -75,12 +74,11 @@ def added_up_by_polars(tables):
 
 @pytest.mark.benchmark(group="merge the 4-grams of 100 matches")
 @pytest.mark.parametrize("how", ["ours, sorted", "polars group_by of whole numbers"])
-def test_of_many_matches(benchmark, how):
+def test_of_many_matches(timed, how):
     tables = [grams(valued(seed), 4) for seed in range(10)] * 10
     floats = pl.selectors.float()
     whole = [table.with_columns((floats / QUANTUM).cast(pl.Int64)) for table in tables]
     ours, theirs = merge(tables), added_up_by_polars(whole).sort("key")
     assert_frame_equal(ours, theirs.with_columns(pl.col(ours.select(floats).columns) * QUANTUM), check_exact=True)
     run = (lambda: merge(tables)) if how.startswith("ours") else (lambda: added_up_by_polars(whole))
-    benchmark.pedantic(run, rounds=30, warmup_rounds=1)
-    benchmark.extra_info.update(units=sum(table.height for table in tables), unit="rows")
+    timed(sum(table.height for table in tables), "rows", run, rounds=30, warmup_rounds=1)

@@ -11,6 +11,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
+from support.mcap_logs import frame_dict
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -86,22 +87,14 @@ def decompress_only(data, chunks):
         pytest.param(decompress_only, 100, id="bound: zstd into one buffer, no checks"),
     ],
 )
-def test_read(benchmark, how, rounds, data, chunks):
-    benchmark.extra_info.update(units=FRAMES, unit="messages")
-    assert benchmark.pedantic(how, args=(data, chunks), rounds=rounds, warmup_rounds=1) == FRAMES
+def test_read(timed, how, rounds, data, chunks):
+    assert timed(FRAMES, "messages", how, args=(data, chunks), rounds=rounds, warmup_rounds=1) == FRAMES
 
 
 @pytest.fixture(scope="module")
 def dicts(log):
     """Each message as mcap_ros2 wants it."""
-    names, robots = ROBOT_DTYPE.names, log.frames.robots.tolist()
-    return [
-        {
-            "frame": i, "ball_x": ball[0], "ball_y": ball[1], "ball_vx": ball[2], "ball_vy": ball[3],
-            "robots": [dict(zip(names, robot, strict=True)) for robot in robots[i * ROBOTS : (i + 1) * ROBOTS]],
-        }
-        for i, ball in enumerate(log.frames.ball.tolist())
-    ]
+    return [frame_dict(log.frames, i) for i in range(FRAMES)]
 
 
 def mcap_log(times, payloads):

@@ -103,30 +103,28 @@ LOOPS = {"IQ": iq_in_python, "IVQ": ivq_in_python, "JAQ": jaq_in_python}
 LEARNERS = {"IQ": IQ(), "IVQ": IVQ(), "JAQ": JAQ()}
 
 
-def compare(benchmark, loop, settings, temperatures, rounds):
+def compare(timed, loop, settings, temperatures, rounds):
     """Time a loop over one run, and see that it learns what ours does."""
-    benchmark.extra_info.update(units=len(temperatures), unit="steps")
-    q = benchmark.pedantic(loop, setup=lambda: ((settings, stream(SEEDS, 0), temperatures), {}), rounds=rounds)
+    q = timed(len(temperatures), "steps", loop, setup=lambda: ((settings, stream(SEEDS, 0), temperatures), {}), rounds=rounds)
     ours = learn(climbing(), settings, Training(np.asarray(temperatures)), run=0, seeds=SEEDS).q[:, 0]
     np.testing.assert_allclose(np.reshape(q, ours.shape), ours, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("rule", LEARNERS, ids="{} ours".format)
-def test_ours(benchmark, rule):
+def test_ours(benchmark, timed, rule):
     benchmark.group = f"learn the climbing game by {rule}"
     training = Training(TEMPERATURES)
     play_runs(climbing(), LEARNERS[rule], Training(TEMPERATURES[:2]), Trial(), runs=range(1), seeds=SEEDS)
-    benchmark.extra_info.update(units=RUNS * len(TEMPERATURES), unit="steps")
-    benchmark.pedantic(
-        play_runs, (climbing(), LEARNERS[rule], training, Trial()), {"runs": range(RUNS), "seeds": SEEDS}, rounds=7)
+    timed(RUNS * len(TEMPERATURES), "steps", play_runs, (climbing(), LEARNERS[rule], training, Trial()),
+          {"runs": range(RUNS), "seeds": SEEDS}, rounds=7)
 
 
 @pytest.mark.parametrize("rule", LEARNERS, ids="{} in plain Python".format)
-def test_plain_python(benchmark, rule):
+def test_plain_python(benchmark, timed, rule):
     benchmark.group = f"learn the climbing game by {rule}"
-    compare(benchmark, LOOPS[rule], LEARNERS[rule], TEMPERATURES.tolist(), rounds=7)
+    compare(timed, LOOPS[rule], LEARNERS[rule], TEMPERATURES.tolist(), rounds=7)
 
 
-def test_numpy_run_by_run(benchmark):
+def test_numpy_run_by_run(benchmark, timed):
     benchmark.group = "learn the climbing game by IQ"
-    compare(benchmark, iq_on_arrays, IQ(), TEMPERATURES, rounds=3)
+    compare(timed, iq_on_arrays, IQ(), TEMPERATURES, rounds=3)

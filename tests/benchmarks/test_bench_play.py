@@ -129,25 +129,22 @@ def plain_loop(frames, stream=None):
 
 
 @pytest.mark.benchmark(group=LOGGED)
-def test_logged_ours(benchmark, tmp_path):
+def test_logged_ours(timed, tmp_path):
     recorded(tmp_path, 100, 0)
     seeds = iter(range(1, 100))
-    benchmark.extra_info.update(units=8 * MINUTE, unit="frames")
-    benchmark.pedantic(lambda: recorded(tmp_path, 8 * MINUTE, next(seeds)), rounds=7)
+    timed(8 * MINUTE, "frames", lambda: recorded(tmp_path, 8 * MINUTE, next(seeds)), rounds=7)
 
 
 @pytest.mark.benchmark(group=LOGGED)
-def test_logged_plain_loop_that_does_less(benchmark):
-    benchmark.extra_info.update(units=MINUTE, unit="frames")
-    benchmark.pedantic(lambda: plain_loop(MINUTE, io.BytesIO()), rounds=5)
+def test_logged_plain_loop_that_does_less(timed):
+    timed(MINUTE, "frames", lambda: plain_loop(MINUTE, io.BytesIO()), rounds=5)
 
 
 @pytest.mark.benchmark(group=LOGGED)
-def test_logged_the_same_in_plain_python(benchmark, interpreted, tmp_path):
+def test_logged_the_same_in_plain_python(timed, interpreted, tmp_path):
     frames = MINUTE // 6
     seeds = iter(range(1, 100))
-    benchmark.extra_info.update(units=frames, unit="frames")
-    receipt = benchmark.pedantic(lambda: interpreted(recorded, tmp_path / "plain", frames, next(seeds)), rounds=3)
+    receipt = timed(frames, "frames", lambda: interpreted(recorded, tmp_path / "plain", frames, next(seeds)), rounds=3)
     ours = recorded(tmp_path / "ours", frames, 3)
     for name in ("x", "y", "theta"):
         plain, compiled = (
@@ -161,31 +158,27 @@ def test_logged_the_same_in_plain_python(benchmark, interpreted, tmp_path):
 
 
 @pytest.mark.benchmark(group=UNLOGGED)
-def test_unlogged_ours(benchmark):
+def test_unlogged_ours(timed):
     unlogged(100)
-    benchmark.extra_info.update(units=8 * MINUTE, unit="frames")
-    benchmark.pedantic(unlogged, (8 * MINUTE,), rounds=7)
+    timed(8 * MINUTE, "frames", unlogged, (8 * MINUTE,), rounds=7)
 
 
 @pytest.mark.benchmark(group=UNLOGGED)
-def test_unlogged_plain_loop_that_does_less(benchmark):
-    benchmark.extra_info.update(units=MINUTE, unit="frames")
-    assert sum(benchmark.pedantic(plain_loop, (MINUTE,), rounds=5)) > 0
+def test_unlogged_plain_loop_that_does_less(timed):
+    assert sum(timed(MINUTE, "frames", plain_loop, (MINUTE,), rounds=5)) > 0
 
 
 @pytest.mark.benchmark(group=UNLOGGED)
-def test_unlogged_the_same_in_plain_python(benchmark, interpreted):
+def test_unlogged_the_same_in_plain_python(timed, interpreted):
     frames = MINUTE // 6
-    benchmark.extra_info.update(units=frames, unit="frames")
-    bodies = benchmark.pedantic(lambda: interpreted(unlogged, frames), rounds=3)
+    bodies = timed(frames, "frames", lambda: interpreted(unlogged, frames), rounds=3)
     np.testing.assert_allclose(bodies, unlogged(frames), rtol=0, atol=1e-9)
 
 
 @pytest.mark.benchmark(group=UNLOGGED)
-def test_unlogged_bound_pymunk_steps_alone(benchmark):
+def test_unlogged_bound_pymunk_steps_alone(timed):
     """As many steps of the same space with nobody who drives: what no player or referee can be faster than."""
-    benchmark.extra_info.update(units=MINUTE, unit="frames")
-    benchmark.pedantic(pymunk_alone(VSSS, MINUTE), rounds=5)
+    timed(MINUTE, "frames", pymunk_alone(VSSS, MINUTE), rounds=5)
 
 
 # --- the players alone --------------------------------------------------------------------------------
@@ -203,13 +196,11 @@ def thought(frames):
 
 
 @pytest.mark.benchmark(group="two teams think")
-def test_think_ours(benchmark):
+def test_think_ours(timed):
     thought(1)
-    benchmark.extra_info.update(units=50_000, unit="frames")
-    benchmark.pedantic(thought, (50_000,), rounds=5)
+    timed(50_000, "frames", thought, (50_000,), rounds=5)
 
 
 @pytest.mark.benchmark(group="two teams think")
-def test_think_the_same_in_plain_python(benchmark, interpreted):
-    benchmark.extra_info.update(units=1_000, unit="frames")
-    assert benchmark.pedantic(lambda: interpreted(thought, 1_000), rounds=3) == thought(1_000)
+def test_think_the_same_in_plain_python(timed, interpreted):
+    assert timed(1_000, "frames", lambda: interpreted(thought, 1_000), rounds=3) == thought(1_000)

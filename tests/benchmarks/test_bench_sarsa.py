@@ -52,17 +52,15 @@ def on_dicts(batch, step_size, discount, trace_decay):
 
 
 @pytest.mark.benchmark(group="learn action values by Sarsa(λ)")
-def test_ours(benchmark):
+def test_ours(timed):
     batch, q, rule = made_up(1_000_000), np.zeros(PAIRS), PolicySettings(**RULE, sweeps=1)
     sarsa_lambda(q, q, made_up(10), rule)
-    benchmark.extra_info.update(units=len(batch.pair), unit="transitions")
-    benchmark.pedantic(sarsa_lambda, (q, q, batch, rule), rounds=5)
+    timed(len(batch.pair), "transitions", sarsa_lambda, (q, q, batch, rule), rounds=5)
 
 
 @pytest.mark.benchmark(group="learn action values by Sarsa(λ)")
-def test_python_dicts(benchmark):
+def test_python_dicts(timed):
     batch = made_up(20_000)
-    benchmark.extra_info.update(units=len(batch.pair), unit="transitions")
-    q = benchmark.pedantic(on_dicts, (batch,), RULE, rounds=3)
+    q = timed(len(batch.pair), "transitions", on_dicts, (batch,), RULE, rounds=3)
     learned = sarsa_lambda(np.zeros(PAIRS), np.zeros(PAIRS), batch, PolicySettings(**RULE, sweeps=1)).q
     np.testing.assert_allclose([learned[pair] for pair in q], list(q.values()), rtol=0, atol=1e-12)

@@ -152,7 +152,7 @@ def simulation() -> control.ControlSystemSimulation:
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # scikit-fuzzy's use of this numpy
 @pytest.mark.benchmark(group=f"{len(TEXTS)} fuzzy conditions")
-def test_skfuzzy_control_with_arrays(benchmark, rows):
+def test_skfuzzy_control_with_arrays(timed, rows):
     some = rows[:, 2_000:4_000]
     asks = simulation()
     used = {variable.label for variable in asks.ctrl.antecedents}
@@ -162,13 +162,11 @@ def test_skfuzzy_control_with_arrays(benchmark, rows):
         asks.inputs({signal: row for signal, row in zip(signals.OWN, some, strict=True) if signal in used})
         asks.compute()
 
-    benchmark.pedantic(run, rounds=3, warmup_rounds=1)
-    benchmark.extra_info |= {"units": some.shape[1], "unit": "rows"}
+    timed(some.shape[1], "rows", run, rounds=3, warmup_rounds=1)
 
 
 @pytest.mark.benchmark(group="whole recogniser")
-def test_ours_whole(benchmark, table):
+def test_ours_whole(timed, table):
     pitch, options = imported(RSIM).info.pitch, SituationSettings()
     recognise(table, pitch, options)
-    benchmark.pedantic(recognise, (table, pitch, options), rounds=20)
-    benchmark.extra_info |= {"units": table.filter(table["team"] != "ball").height, "unit": "robot-samples"}
+    timed(table.filter(table["team"] != "ball").height, "robot-samples", recognise, (table, pitch, options), rounds=20)

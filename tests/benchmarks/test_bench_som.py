@@ -87,8 +87,7 @@ def test_of_distinct_grams(benchmark, matches):
 
 @pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
 @pytest.mark.parametrize("matches", [1, 10], ids="ours, every gram, matches: {}".format)
-def test_of_every_gram(benchmark, matches):
+def test_of_every_gram(timed, matches):
     raw = samples(matches)
-    benchmark.extra_info.update(units=len(raw), unit="grams")
     ours(raw[:10], np.ones(10, dtype=np.int64))
-    benchmark.pedantic(ours, args=(raw, np.ones(len(raw), dtype=np.int64)), rounds=5)
+    timed(len(raw), "grams", ours, (raw, np.ones(len(raw), dtype=np.int64)), rounds=5)

@@ -80,6 +80,5 @@ def to_columns(data, packet):
         pytest.param(parsed, 10, id="protobuf (upb), parsed and not read"),
     ],
 )
-def test_decode(benchmark, how, rounds, data, packet):
-    benchmark.extra_info.update(units=MESSAGES, unit="messages")
-    assert benchmark.pedantic(how, args=(data, packet), rounds=rounds, warmup_rounds=1) == MESSAGES
+def test_decode(timed, how, rounds, data, packet):
+    assert timed(MESSAGES, "messages", how, args=(data, packet), rounds=rounds, warmup_rounds=1) == MESSAGES

@@ -63,9 +63,8 @@ def rolling(table):
 
 
 @pytest.mark.benchmark(group="estimate velocities from positions")
-def test_polars_rolling(benchmark, table):
-    benchmark.extra_info.update(units=ROWS, unit="rows")
-    found = benchmark.pedantic(rolling, (table,), rounds=3)
+def test_polars_rolling(timed, table):
+    found = timed(ROWS, "rows", rolling, (table,), rounds=3)
     assert np.allclose(found["x"], table["vx"], atol=1e-3)
 
 
@@ -92,7 +91,6 @@ def fit_each(table):
 
 
 @pytest.mark.benchmark(group="estimate velocities from positions")
-def test_numpy_polyfit(benchmark, table):
-    benchmark.extra_info.update(units=3_594, unit="rows")
-    found = np.array(benchmark.pedantic(fit_each, (table,), rounds=3))
+def test_numpy_polyfit(timed, table):
+    found = np.array(timed(3_594, "rows", fit_each, (table,), rounds=3))
     assert np.median(np.abs(found[:, 0] - table["vx"].to_numpy()[3:3_597])) < 1e-4

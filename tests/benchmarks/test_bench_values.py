@@ -37,10 +37,9 @@ def table():
 
 
 @pytest.mark.benchmark(group="look at moments of play")
-def test_moments_ours(benchmark):
+def test_moments_ours(timed):
     bodies, referee, pitch, found = looked()
-    benchmark.extra_info.update(units=found.height, unit="moments")
-    benchmark.pedantic(moments, (bodies, referee, pitch, MomentSettings()), rounds=5)
+    timed(found.height, "moments", moments, (bodies, referee, pitch, MomentSettings()), rounds=5)
 
 
 @pytest.mark.benchmark(group="fit the models of V to 16 matches of ten minutes, cross-fitted")
@@ -52,16 +51,15 @@ def test_fit_ours(benchmark):
 
 
 @pytest.mark.benchmark(group="ask boosted trees, one thread")
-def test_trees_ours(benchmark):
+def test_trees_ours(timed):
     features, scores = table()
     grown = grow(features[:20_000], scores[:20_000], SETTINGS)
     trees.logits(grown, features[:10])
-    benchmark.extra_info.update(units=ASKED, unit="moments")
-    benchmark.pedantic(trees.logits, (grown, features), rounds=5)
+    timed(ASKED, "moments", trees.logits, (grown, features), rounds=5)
 
 
 @pytest.mark.benchmark(group="ask boosted trees, one thread")
-def test_trees_scikit_learn(benchmark):
+def test_trees_scikit_learn(timed):
     features, scores = table()
     builder = HistGradientBoostingClassifier(
         max_iter=SETTINGS.trees, learning_rate=SETTINGS.learning_rate, max_leaf_nodes=SETTINGS.leaves,
@@ -70,7 +68,6 @@ def test_trees_scikit_learn(benchmark):
     )
     with threadpool_limits(1):
         model = builder.fit(features[:20_000], scores[:20_000])
-        benchmark.extra_info.update(units=ASKED, unit="moments")
-        theirs = benchmark.pedantic(model.decision_function, (features,), rounds=5)
+        theirs = timed(ASKED, "moments", model.decision_function, (features,), rounds=5)
     grown = grow(features[:20_000], scores[:20_000], SETTINGS)
     np.testing.assert_allclose(trees.logits(grown, features), theirs, atol=1e-9)

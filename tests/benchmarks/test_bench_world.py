@@ -24,34 +24,30 @@ def play(arena, wheels):
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_ours(benchmark):
+def test_ours(timed):
     arena, wheels = Arena(VSSS, 3), commands(FRAMES)
     play(arena, wheels[:100])
-    benchmark.extra_info.update(units=len(wheels), unit="frames")
-    benchmark.pedantic(play, (arena, wheels), rounds=7)
+    timed(len(wheels), "frames", play, (arena, wheels), rounds=7)
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_body_by_body(benchmark):
+def test_body_by_body(timed):
     arena, wheels = body_by_body(VSSS, 3), commands(FRAMES // 6)
     other = Arena(VSSS, 3)
-    benchmark.extra_info.update(units=len(wheels), unit="frames")
-    benchmark.pedantic(play, (arena, wheels), rounds=5)
+    timed(len(wheels), "frames", play, (arena, wheels), rounds=5)
     for _ in range(5):
         play(other, wheels)
     assert other.bodies.tobytes() == arena.bodies.tobytes()
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_pymunk_alone(benchmark):
+def test_pymunk_alone(timed):
     """The limit: as many steps of the same space, with no floor and nobody who looks."""
-    benchmark.extra_info.update(units=FRAMES, unit="frames")
-    benchmark.pedantic(pymunk_alone(VSSS, FRAMES), rounds=5)
+    timed(FRAMES, "frames", pymunk_alone(VSSS, FRAMES), rounds=5)
 
 
 @pytest.mark.benchmark(group="put the bodies of an arena")
-def test_place_ours(benchmark):
+def test_place_ours(timed):
     arena = Arena(VSSS, 3)
     bodies = arena.bodies.copy()
-    benchmark.extra_info.update(units=1, unit="placings")
-    benchmark.pedantic(arena.place, (bodies,), rounds=300)
+    timed(1, "placings", arena.place, (bodies,), rounds=300)

@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from support.processes import line, tell
+
 ROOT = Path(__file__).parents[2]
 
 _CALL = """
@@ -47,22 +49,14 @@ class Reader:
         here = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
         self.process = subprocess.Popen([sys.executable, "-c", _CALL], env=here, text=True, encoding="utf-8",
                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        assert self.process.stdout is not None
-        assert self.process.stdout.readline() == "ready\n"
+        assert line(self.process) == "ready"
 
     def read(self, file: Path, mapping: Path | None = None) -> tuple[str, float, float]:
         """Outcome of reading a file; seconds; MiB."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        self.process.stdin.write(json.dumps([str(file), str(mapping or "")]) + "\n")
-        self.process.stdin.flush()
-        said: list[Any] = json.loads(self.process.stdout.readline())
+        tell(self.process, json.dumps([str(file), str(mapping or "")]))
+        said: list[Any] = json.loads(line(self.process))
         return said[0], said[1], said[2]
 
     def close(self) -> None:
         """End the process."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        self.process.stdin.close()
-        self.process.wait()
-        self.process.stdout.close()
+        self.process.communicate()

@@ -11,13 +11,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import nbformat
+from conftest import ROOT, SAMPLE
 from nbclient import NotebookClient
 from nbformat import NotebookNode
 
-ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-#: The recording whose outputs the first notebook shows.
-SAMPLE = ROOT / "data" / "samples" / "rsim-vss-3v3.parquet"
 
 
 def read(path: Path) -> NotebookNode:

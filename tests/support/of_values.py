@@ -2,21 +2,16 @@
 
 import numpy as np
 import polars as pl
-from support.rows import MATCH, S, bodies
+from support.rows import S, bodies, referee
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import MomentSettings
 from pitchlore.pipeline.stages.values.moments import moments
-from pitchlore.schemas import Moments, Referee
+from pitchlore.schemas import Moments
 from pitchlore.schemas.values import FEATURES
 
 VSSS = PITCHES[Kind.VSSS]
 NAMES = list(FEATURES)
-
-
-def referee(*rows):
-    return pl.DataFrame([(MATCH, round(t * S), event, team, None, None, None) for t, event, team in rows],
-                        schema=Referee.dtypes(), orient="row")
 
 
 NOTHING = referee()

@@ -15,7 +15,7 @@ from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 from pitchlore.pipeline.stages.paradigms.games.game import Game
 from pitchlore.pipeline.stages.paradigms.rules.jaq import joint_index
 
-#: How far values may be from their limit.
+#: Values are at most half of it off. Choices that are tied are all found; none counts as best that is worse by twice as much.
 TOLERANCE = 1e-9
 
 #: After so many sweeps without a limit there is none, or it is too far off to wait for.
@@ -49,7 +49,7 @@ class Plan(NamedTuple):
     best: Bools
 
 
-def value_iteration(game: Game, discount: float, tolerance: float = TOLERANCE) -> Plan:
+def value_iteration(game: Game, discount: float) -> Plan:
     """The best joint play of a team that maximises the mean of its agents' rewards.
 
     Bellman's equation, iterated from zero (Sutton and Barto, 2nd edition, section 4.4). With discount 1
@@ -58,44 +58,26 @@ def value_iteration(game: Game, discount: float, tolerance: float = TOLERANCE) -
     Args:
         game: N agents.
         discount: in [0, 1].
-        tolerance: above 0; values are at most half of it off, choices that are tied are all found, and
-            none is taken for best that is worse by twice the tolerance.
 
     Raises:
         BadSettings: if the values do not converge.
     """
-    return _solve(game.following, game.expected.mean(axis=2), game.ends, discount, tolerance)
+    return _solve(game.following, game.expected.mean(axis=2), game.ends, discount)
 
 
-def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
+def evaluate(game: Game, policy: I64, discount: float) -> F64:
     """Value of a policy to each agent from the game's start on, float64 [N].
 
     Args:
         game: N agents.
         policy: int64 [S], each in [0, J).
         discount: in [0, 1].
-        tolerance: above 0; the result is at most half of it off.
     """
     kept = policy[:, np.newaxis]
-    return np.array([
-        _from_start(game, kept, agent, discount, tolerance) for agent in range(game.agents)
-    ])
+    return np.array([_from_start(game, kept, agent, discount) for agent in range(game.agents)])
 
 
-def gains(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
-    """Gain of each agent, from the game's start on, by its best deviation from a policy, float64 [N].
-
-    Args: as :func:`evaluate`. The result is at most the tolerance off.
-    """
-    kept = evaluate(game, policy, discount, tolerance)
-    best = [
-        _from_start(game, _deviations(game, policy, agent), agent, discount, tolerance)
-        for agent in range(game.agents)
-    ]
-    return np.array(best) - kept
-
-
-def is_equilibrium(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> bool:
+def is_equilibrium(game: Game, policy: I64, discount: float) -> bool:
     """True if no agent gains by deviating from a policy alone (paper, inequality 8), from the start on.
 
     What a policy does in states that it never comes to still matters: it is how the others answer a
@@ -103,7 +85,8 @@ def is_equilibrium(game: Game, policy: I64, discount: float, tolerance: float = 
 
     Args: as :func:`evaluate`; a gain of no more than the tolerance is none.
     """
-    return bool((gains(game, policy, discount, tolerance) <= tolerance).all())
+    best = [_from_start(game, _deviations(game, policy, agent), agent, discount) for agent in range(game.agents)]
+    return bool((best - evaluate(game, policy, discount) <= TOLERANCE).all())
 
 
 def path_length(game: Game, allowed: Bools) -> int | None:
@@ -142,23 +125,18 @@ def _deviations(game: Game, policy: I64, agent: int) -> I64:
     return np.asarray(others[:, np.newaxis] + weight * np.arange(game.actions))
 
 
-def _from_start(game: Game, joint: I64, agent: int, discount: float, tolerance: float) -> float:
+def _from_start(game: Game, joint: I64, agent: int, discount: float) -> float:
     """Best value of an agent from the start on if only some joint actions [S, K] are taken.
 
     States that these never lead to end at once: without discount they need not have a worth.
     """
-    following, rewards, ends = _restricted(game, joint, agent)
-    never = ~np.logical_or.reduce(list(_frontiers(following, ~ends, game.start)))[:, np.newaxis]
-    return float(_solve(following, rewards, ends | never, discount, tolerance).values[game.start])
-
-
-def _restricted(game: Game, joint: I64, agent: int) -> tuple[I64, F64, Bools]:
-    """Game reduced to some joint actions [S, K]: following, one agent's rewards, ends."""
     rows = np.arange(game.states)[:, np.newaxis]
-    return game.following[rows, joint], game.expected[rows, joint, agent], game.ends[rows, joint]
+    following, rewards, ends = game.following[rows, joint], game.expected[rows, joint, agent], game.ends[rows, joint]
+    never = ~np.logical_or.reduce(list(_frontiers(following, ~ends, game.start)))[:, np.newaxis]
+    return float(_solve(following, rewards, ends | never, discount).values[game.start])
 
 
-def _solve(following: I64, rewards: F64, ends: Bools, discount: float, tolerance: float) -> Plan:
+def _solve(following: I64, rewards: F64, ends: Bools, discount: float) -> Plan:
     """Iterate Bellman's equation over K choices, all arrays [S, K], until the values keep still."""
     discounts = np.where(ends, 0.0, discount)
     values = np.zeros(len(rewards))
@@ -167,7 +145,7 @@ def _solve(following: I64, rewards: F64, ends: Bools, discount: float, tolerance
         before, values = values, choices.max(axis=1)
         # the distance to the limit is at most discount / (1 - discount) times the last change; with
         # discount 1 nothing may change at all
-        if discount * np.abs(values - before).max() <= (1 - discount) * tolerance / 2:
+        if discount * np.abs(values - before).max() <= (1 - discount) * TOLERANCE / 2:
             choices = rewards + discounts * values[following]
-            return Plan(choices.max(axis=1), choices >= choices.max(axis=1, keepdims=True) - tolerance)
+            return Plan(choices.max(axis=1), choices >= choices.max(axis=1, keepdims=True) - TOLERANCE)
     raise BadSettings(f"values do not converge within {MOST_SWEEPS:,} sweeps at discount {discount}")

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,12 +23,17 @@ INSPER = "insper-2d-2022-unfinished.rcg.gz"
 ALL = [RSIM, SSL, RCSS, INSPER]
 
 
-def recording(name: str) -> bytes:
-    """A recording's bytes; skips where it is absent."""
+def beside(name: str) -> Path:
+    """A file beside the recordings that nobody here simulated; skips where it is absent."""
     path = SAMPLE if name == RSIM else RECORDINGS / name
     if not path.exists():
         pytest.skip(f"{name} is not beside this checkout (it may not be copied into the project)")
-    return path.read_bytes()
+    return path
+
+
+def recording(name: str) -> bytes:
+    """A recording's bytes."""
+    return beside(name).read_bytes()
 
 
 def read(

@@ -73,9 +73,9 @@ def bodies(times, **places):
 
 
 def referee(*rows):
-    """Rows of schema Referee from (seconds, event, team, score of home, score of away)."""
+    """Rows of schema Referee from (seconds, event, team[, score of home, score of away])."""
     return pl.DataFrame(
-        [(MATCH, round(t * S), event, team, home, away, None) for t, event, team, home, away in rows],
+        [(MATCH, round(t * S), event, team, *(*score, None, None)[:2], None) for t, event, team, *score in rows],
         schema=Referee.dtypes(), orient="row",
     )
 
@@ -84,7 +84,7 @@ def sequences_of(situations, goals, worths, settings=GramSettings()):
     """Sequences of situations on a field where bodies stand still, and home scores after 3 s."""
     field = bodies(np.arange(0, 10, 0.5), ball=(0.0, 0.0), home_1=(-0.3, 0.1, 0.0, "m"), away_1=(0.4, -0.2, 3.0, "s"),
                    away_2=(0.7, 0.0, 3.0, "g"))
-    events = referee((3, "goal", "home", None, None))
+    events = referee((3, "goal", "home"))
     return sequences(situations, goals, worths, field, events, PITCHES[Kind.VSSS], settings)
 
 
