@@ -336,10 +336,7 @@ class TestPictures:
             one.step(np.ones(6, np.float32))
         assert first.shape == (560, 640, 3)
         assert (one.render() != first).any()
-
-    def test_none_without_a_mode(self):
-        one = begun(parallel_env(settings=SHORT))
-        assert one.render() is None
+        assert begun(parallel_env(settings=SHORT)).render() is None, "it has no mode"
 
 
 class TestErrors:

@@ -110,8 +110,10 @@ def _written(folder: Path) -> tuple[Path, Path]:
 
 @NEEDS_KLOPPY
 def test_kloppy_loads_it(tmp_path: Path) -> None:
-    """kloppy's own loader gives the same places, times, heights and teams, in metres of the same pitch."""
+    """kloppy's own loader gives the same places, times, heights and teams, in metres; what comes back is the same match."""
     from kloppy import secondspectrum
+
+    from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 
     match, (meta, raw) = content().log, _written(tmp_path)
     dataset = secondspectrum.load(meta.read_bytes(), raw.read_bytes(), coordinates="secondspectrum")
@@ -134,15 +136,6 @@ def test_kloppy_loads_it(tmp_path: Path) -> None:
     owners = Counter(record.ball_owning_team.name for record in dataset.records)
     assert set(owners) == {match.info.home, match.info.away}
 
-
-@NEEDS_KLOPPY
-def test_kloppy_and_back(tmp_path: Path) -> None:
-    """A match that went to kloppy and back is the same: places, numbers, sides."""
-    from kloppy import secondspectrum
-
-    from pitchlore.pipeline.importers.football.dataset import match_of_dataset
-
-    match, (meta, raw) = content().log, _written(tmp_path)
     again = match_of_dataset(secondspectrum.load(meta.read_bytes(), raw.read_bytes()))
     same_places(again, match, atol=2e-5)
     assert [period.home_attacks for period in again.info.periods] == [p.home_attacks for p in match.info.periods]

@@ -109,7 +109,7 @@ def test_stages() -> None:
 
 
 def test_sides() -> None:
-    """Sides are the referee's: a period for each stretch in which blue's goal is at one end."""
+    """Sides are the referee's: a period for each stretch in which blue's goal is at one end. What is not said is inferred."""
     game = play((0, {"side": True}), (40, {"side": False}), (60, {"side": False}))
     periods = [(round(p.start_ns / 1e9 / STEP), p.home_attacks, p.inferred) for p in game.info.periods]
     assert periods == [(0, -1, False), (40, 1, False)]
@@ -120,11 +120,8 @@ def test_sides() -> None:
     assert (yellow.info.home, yellow.info.away) == ("Yellows", "Blues")
     assert yellow.frames.robots["id"][yellow.frames.robots["team"] == 0].tolist() == [1] * FRAMES
 
-
-def test_sides_that_nobody_says() -> None:
-    """Old game controllers do not say the sides: they are inferred from where the robots stand."""
-    game = play((0, {"side": None}))
-    assert [(p.home_attacks, p.inferred) for p in game.info.periods] == [(-1, True)]  # blue stands at +x
+    unsaid = play((0, {"side": None}))  # as of old game controllers: from where the robots stand
+    assert [(p.home_attacks, p.inferred) for p in unsaid.info.periods] == [(-1, True)]  # blue stands at +x
 
 
 def test_names() -> None:

@@ -151,19 +151,24 @@ def test_other_version(tmp_path, clips, monkeypatch):
     assert again.key != receipt.key
 
 
-def test_unreadable_receipt(data, finished):
-    """An unreadable receipt is made anew."""
+@pytest.mark.parametrize("lost", [False, True], ids=["unreadable receipt", "lost file"])
+def test_made_anew(data, lost):
+    """What has an unreadable receipt, or whose file is lost, is not in the catalogue, and the next run makes it again."""
     store = Store(data)
     receipt = next(iter(store.receipts("situations")))
-    path = data / "situations" / f"{receipt.name}.receipt.json"
+    path, file = data / "situations" / f"{receipt.name}.receipt.json", data / receipt.files["situations"].path
     whole = path.read_text()
-    path.write_text(whole[:50])
+    if lost:
+        file.unlink()
+    else:
+        path.write_text(whole[:50])
+    assert [each.path for each in refresh(store)[1]] == [str(file)] * lost
     assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
     report = run(data)
-    assert report.failures == {}
-    assert [len(s.made) for s in report.stages if s.noun == "situations"] == [1]
     assert path.read_text() == whole
-    assert report.knowledge == 1
+    assert refresh(store)[1] == []
+    made = [len(stage.made) for stage in report.stages if stage.noun == "situations"]
+    assert lost or (report.failures, report.knowledge, made) == ({}, 1, [1])
 
 
 def test_unreadable_match(data):
@@ -190,18 +195,6 @@ def test_removed_match(data):
         rows = ask(catalog_path(store), f"select count(*) from {table} where match_id = ?", [name])
         assert rows.item() == 0
     assert matches_known(data) == 1
-
-
-def test_lost_files(data):
-    """Lost files are left out of the catalogue and named, and the next run makes them again."""
-    store = Store(data)
-    receipt = next(iter(store.receipts("situations")))
-    path = data / receipt.files["situations"].path
-    path.unlink()
-    assert [file.path for file in refresh(store)[1]] == [str(path)]
-    assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
-    run(data)
-    assert refresh(store)[1] == []
 
 
 def test_pruning(data):

@@ -132,6 +132,7 @@ def test_numbers_of_things():
     """One is singular, names within a phrase are small, and the paper's slip is spelt right."""
     assert (number_of(1, "goal"), number_of(0, "goal"), number_of(1200, "shot")) == ("1 goal", "0 goals", "1,200 shots")
     assert words.said([47, 78, 21]) == "ball hits the robot, then orients to its own goal, then kicks the ball"
+    assert words.of_behaviour("striker-001-021") == "with the ball, then kicks the ball"
 
 
 # ---- in a browser

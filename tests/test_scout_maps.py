@@ -22,7 +22,6 @@ from pitchlore.pipeline.views.scout.maps import lying, maps, nearest, sign
 from pitchlore.pipeline.views.scout.occurrences import occurrence_places, occurrences
 from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
 from pitchlore.pipeline.views.scout.transitions import neighbours_of, transitions
-from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Trajectories
 
 S = 10**9
@@ -242,11 +241,6 @@ def test_pages_say_what_the_tables_say(store, pages, learned):
         begun = transitions(learned.decisions(team)).begun
         assert f"n = {begun['n'].sum()} decisions" in shown
         assert f"begun {begun['n'][0]} times" in shown
-
-
-def test_words():
-    """A behaviour's id is enough to tell it in words."""
-    assert of_behaviour("striker-001-021") == "with the ball, then kicks the ball"
 
 
 # ---- in a browser
