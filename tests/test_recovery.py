@@ -153,7 +153,7 @@ def test_other_version(tmp_path, clips, monkeypatch):
 
 @pytest.mark.parametrize("lost", [False, True], ids=["unreadable receipt", "lost file"])
 def test_made_anew(data, lost):
-    """What has an unreadable receipt, or whose file is lost, is not in the catalogue, and the next run makes it again."""
+    """Rows whose receipt cannot be read, or whose file is lost, are not in the catalogue; the next run makes them again."""
     store = Store(data)
     receipt = next(iter(store.receipts("situations")))
     path, file = data / "situations" / f"{receipt.name}.receipt.json", data / receipt.files["situations"].path
