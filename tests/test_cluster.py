@@ -236,36 +236,6 @@ def test_costs(workers, tmp_path):
     assert cost.slowest_s == cost.seconds > 0
 
 
-def test_killed_worker(workers, alone, tmp_path):
-    """A worker that is killed loses nothing: another does its work, and finds what is done."""
-    folder = league(tmp_path)
-    with running(workers, folder) as command:
-        eventually(lambda: list((folder / "league").glob("trajectories/*.receipt.json")))
-        workers.kill("one")
-        assert command.poll() is None
-        _, said = command.communicate(timeout=60)
-    workers.work("one")
-    assert command.returncode == 0, said
-    made = products(folder / "league")
-    assert same(made, {name: data for name, data in alone.items() if name in made})
-
-
-def test_killed_scheduler(alone, tmp_path):
-    """If the scheduler ends the command says so in one line; run again, it goes on with what is left."""
-    folder = league(tmp_path / "here")
-    (tmp_path / "cluster").mkdir()
-    with started(tmp_path / "cluster", "only") as own, running(own, folder) as command:
-        eventually(lambda: list((folder / "league").glob("matches/*.receipt.json")))
-        own.kill("scheduler")
-        _, said = command.communicate(timeout=60)
-    assert command.returncode == 1
-    assert "the Dask scheduler has ended" in said
-    assert "Traceback" not in said
-    assert run(folder / "league").failures == {}
-    made = products(folder / "league")
-    assert same(made, {name: data for name, data in alone.items() if name in made})
-
-
 def test_local_cluster(tmp_path):
     """A cluster of processes for one command. Work that kills all who try it is given up; other work is done."""
     with cluster.dask.config.set({"distributed.scheduler.allowed-failures": 1}), executors_at("dask:local:2", tmp_path) as executors:
@@ -293,6 +263,34 @@ def test_other_code(workers, call, tmp_path):
     assert (code, out) == (1, "")
     assert "has other code (pitchlore 0.1.0+" in err.splitlines()[-1]
     assert not list(data.glob("*/*.receipt.json"))
+
+
+def test_killed(workers, alone, tmp_path):
+    """A worker that is killed loses nothing: another does its work, and finds what is done.
+
+    If the scheduler ends the command says so in one line; run again, it goes on with what is left. (This
+    test is the last of the cluster: nothing is left of it.)
+    """
+    folder = league(tmp_path / "one")
+    with running(workers, folder) as command:
+        eventually(lambda: list((folder / "league").glob("trajectories/*.receipt.json")))
+        workers.kill("one")
+        assert command.poll() is None
+        _, said = command.communicate(timeout=60)
+    assert command.returncode == 0, said
+    made = products(folder / "league")
+    assert same(made, {name: data for name, data in alone.items() if name in made})
+    folder = league(tmp_path / "two")
+    with running(workers, folder) as command:
+        eventually(lambda: list((folder / "league").glob("matches/*.receipt.json")))
+        workers.kill("scheduler")
+        _, said = command.communicate(timeout=60)
+    assert command.returncode == 1
+    assert "the Dask scheduler has ended" in said
+    assert "Traceback" not in said
+    assert run(folder / "league").failures == {}
+    made = products(folder / "league")
+    assert same(made, {name: data for name, data in alone.items() if name in made})
 
 
 def answering(*answers):

@@ -8,13 +8,12 @@ from __future__ import annotations
 import logging
 import os
 import resource
-import signal
 import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from queue import Empty, Queue
@@ -44,18 +43,15 @@ pytestmark = pytest.mark.slow
 SOON_S = 60.0
 
 
-def command(*words: object, before: Callable[[], None] | None = None, **variables: str) -> tuple[int, str, str]:
-    """Exit code and output of a command in a process of its own, which brings its own server."""
-    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
-    done = subprocess.run(pitchlore(*words), env=here, text=True, check=False,
-                          capture_output=True, preexec_fn=before, timeout=SOON_S)
-    return done.returncode, done.stdout, done.stderr
-
-
-def small_files() -> None:
-    """No file may grow beyond 64 KiB: like a full disk, for a test that may not fill one."""
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
+@contextmanager
+def room(kib: int) -> Iterator[None]:
+    """No file may grow beyond so many KiB: like a full disk, for a test that may not fill one. (Python ignores SIGXFSZ.)"""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (kib << 10, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def lines(err: str) -> list[str]:
@@ -69,9 +65,9 @@ def lines(err: str) -> list[str]:
 @pytest.mark.parametrize("words", [["kb", "list", "--data", "nowhere"], ["--huh"]])
 def test_exit_code(words):
     """A command that fails leaves with an exit code, and all that it says is written, to a pipe, too."""
-    code, out, err = command(*words)
-    assert (code, out) == (1, "")
-    assert err.strip()
+    done = subprocess.run(pitchlore(*words), text=True, check=False, capture_output=True, timeout=SOON_S)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.strip()
 
 
 def test_leaves_at_once(tmp_path):
@@ -136,49 +132,44 @@ def test_working_directory(tmp_path, derby, monkeypatch):
 # --- disks ------------------------------------------------------------------------------------------
 
 
-def test_catalogue_on_a_full_disk(tmp_path):
+def test_catalogue_on_a_full_disk(tmp_path, call):
     """A catalogue that cannot be written is one line, leaves nothing behind, and stays as it was."""
     store = Store(tmp_path)
     put_goal(store, "m-1", 1)
     refresh(store)
     put_goal(store, "m-2", 1)
     words = ("sql", "select count(*) n from goals", "--csv", "--data", tmp_path)
-    code, out, err = command(*words, before=small_files)
+    with room(64):
+        code, out, err = call(*words)
     assert (code, out) == (1, "")
     (line,) = lines(err)
     assert line.startswith(f"pitchlore: {tmp_path / 'catalog.duckdb'}: cannot be written (")
     assert "Free space or mend the folder" in line
     assert [path.name for path in tmp_path.glob(".*.tmp*")] == []
-    assert command(*words)[:2] == (0, "n\n2\n")
+    assert call(*words)[:2] == (0, "n\n2\n")
 
 
-def test_log_on_a_full_disk(tmp_path):
+def test_log_on_a_full_disk(tmp_path, call):
     """So is a match that cannot be logged."""
-    words = ("record", "--minutes", "0.5", "--data", tmp_path)
-    code, _, err = command(*words, before=small_files)
+    with room(64):
+        code, _, err = call("record", "--minutes", "0.5", "--data", tmp_path)
     assert code == 1
     assert "cannot be written (File too large). Free space" in lines(err)[-1]
 
 
 def test_catalogue_without_room(tmp_path):
     """Wherever room runs out, a catalogue is whole or refused: DuckDB itself closes one without its tables."""
-    script = """
-import resource, signal, sys
-from pathlib import Path
-from pitchlore.pipeline.store import catalog
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-for kib in range(64, 1_000, 96):
-    resource.setrlimit(resource.RLIMIT_FSIZE, (kib << 10, resource.RLIM_INFINITY))
-    path = Path(sys.argv[1]) / f"{kib}.duckdb"
-    try:
-        catalog.build(path, {})
-    except OSError:
-        print("refused")
-    else:
-        print("built" if catalog.listing(path) is not None else f"broken at {kib} KiB")
-"""
-    done = subprocess.run([sys.executable, "-c", script, tmp_path], capture_output=True, text=True, check=True)
-    assert set(done.stdout.split("\n")[:-1]) == {"refused", "built"}
+    found = set()
+    for kib in range(64, 1_000, 96):
+        path = tmp_path / f"{kib}.duckdb"
+        with room(kib):
+            try:
+                catalog.catalog.build(path, {})
+            except OSError:
+                found.add("refused")
+            else:
+                found.add("built" if catalog.catalog.listing(path) is not None else f"broken at {kib} KiB")
+    assert found == {"refused", "built"}
 
 
 def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
@@ -313,10 +304,10 @@ def test_full_standard_output(finished, words):
         "pitchlore: standard output: cannot be written (No space left on device). Free space or name another.\n")
 
 
-def test_devices_are_not_replaced(finished, tmp_path):
+def test_devices_are_not_replaced(finished, tmp_path, call):
     """A page, a film or an export never takes the place of a device or pipe."""
     os.mkfifo(pipe := tmp_path / "pipe")
-    code, _, err = command("replay", "early", "-o", pipe, "--data", finished)
+    code, _, err = call("replay", "early", "-o", pipe, "--data", finished)
     assert (code, "is no regular file, and is not replaced by one. Name a file." in err, pipe.is_fifo()) == (1, True, True)
 
 

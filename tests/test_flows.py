@@ -250,27 +250,6 @@ def test_flows_and_engine(tmp_path, clips, finished):
     assert products(tmp_path) == products(finished)
 
 
-def test_no_prefect(tmp_path):
-    """No module of a command loads Prefect, and none of the engine, the views or the face; nor does a run by the engine."""
-    (tmp_path / "inbox").mkdir()
-    clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
-    script = ("import importlib, pkgutil, re, sys, pitchlore.flows.commands\n"
-              "from pathlib import Path\n"
-              "from pitchlore.pipeline import engine, face, views\n"
-              "from pitchlore.flows.work import run\n"
-              "from pitchlore.pipeline.base.errors import NotFound\n"
-              "for room in (pitchlore.flows.commands, engine, face, views):\n"
-              "    for found in pkgutil.walk_packages(room.__path__, room.__name__ + '.'):\n"
-              "        try:\n"
-              "            importlib.import_module(found.name)\n"
-              "        except (ModuleNotFoundError, NotFound) as error:\n"
-              "            assert {'dask', 'gymnasium', 'minari', 'rerun'} & set(re.findall(r'\\w+', str(error))), error\n"
-              f"assert run(Path({str(tmp_path)!r}), on='threads:1').policy == 1\n"
-              "print([name for name in sys.modules if name.partition('.')[0] == 'prefect'])")
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
-
-
 def test_other_training(copied):
     """Training with other settings begins anew and counts each match once."""
     again, other = train_policy(copied), train_policy(copied, Settings(policies=PolicySettings(sweeps=9)))

@@ -309,7 +309,7 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
         print_frame(ask(catalogue, "from sides"))
     lines = [*heading(reported.summary), *(moment.line() for moment in reported.moments), *summary_lines(reported.summary),
              *out.getvalue().splitlines(), *ask(catalogue, "from matches").write_csv().splitlines()]
-    film = animation(match, start_s=0.0, seconds=0.5)
+    film = animation(match, start_s=0.0, seconds=0.1)
     return path.read_text(encoding="utf-8"), lines, film
 
 
@@ -320,7 +320,7 @@ def plain(tmp_path_factory) -> list[tuple[str, tuple[str, ...]]]:
 
 
 @pytest.mark.slow
-@settings(max_examples=2)
+@settings(max_examples=1)
 @given(*[st.lists(st.sampled_from(NASTY), min_size=1, max_size=4).map("".join)] * 2)
 @example("<script>alert(1)</script>\x1b]0;owned\x07", "$\\frac{[/red]\u202e\n")
 def test_hostile_teams(plain, tmp_path_factory, home, away):

@@ -27,6 +27,20 @@ for name in ("pthread_sigmask", "SIGHUP", "SIGKILL"):
     vars(signal).pop(name)
 multiprocessing.get_all_start_methods = lambda: ["spawn"]
 """
+#: Loads every module of a command, of the engine, the views and the face; what is loaded of Prefect.
+LOADED = """
+import importlib, pkgutil, re, pitchlore.flows.commands
+del sys.modules["fcntl"], sys.modules["resource"]  # which others' libraries need here
+from pitchlore.pipeline import engine, face, views
+from pitchlore.pipeline.base.errors import NotFound
+for room in (pitchlore.flows.commands, engine, face, views):
+    for found in pkgutil.walk_packages(room.__path__, room.__name__ + "."):
+        try:
+            importlib.import_module(found.name)
+        except (ModuleNotFoundError, NotFound) as error:
+            assert {"dask", "gymnasium", "minari", "rerun"} & set(re.findall(r"\\w+", str(error))), error
+print([name for name in sys.modules if name.partition(".")[0] == "prefect"])
+"""
 #: A process that holds a lock until it is killed.
 HOLDER = HIDDEN + """
 import time
@@ -127,16 +141,17 @@ def test_read_at(name, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_without_what_windows_lacks(tmp_path):
-    """Import, run, sql and replay need nothing of Linux's alone."""
+    """Import, run, sql and replay need nothing of Linux's alone, and load no Prefect; nor does any module of a command."""
     clip(0.0, 40.0).write_parquet(tmp_path / "derby.parquet")
 
     lines = [["import", "derby.parquet"], ["run", "--json"], ["sql", "--json", "select count(*) n from situations"],
              ["replay", "derby"]]
-    done = subprocess.run([sys.executable, "-c", HIDDEN + COMMAND_LINES, json.dumps(lines)], cwd=tmp_path, text=True,
+    done = subprocess.run([sys.executable, "-c", HIDDEN + COMMAND_LINES + LOADED, json.dumps(lines)], cwd=tmp_path, text=True,
                           env={**os.environ, "PITCHLORE_DATA": str(tmp_path / "data"), "PYTHONPATH": str(ROOT)},
                           capture_output=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    _, ran, asked, *_ = done.stdout.split("\0")
+    _, ran, asked, _, loaded = done.stdout.split("\0")
+    assert loaded == "[]\n"
     assert json.loads(ran)["knowledge"] == 1
     assert json.loads(asked)[0]["n"] > 50
     assert list((tmp_path / "data" / "replays").glob("*.html"))

@@ -140,11 +140,11 @@ def test_away_from_the_checkout(installed):
     clip(0.0, 40.0).write_parquet(installed.folder / "data" / "inbox" / "derby.parquet")
     (installed.folder / "tiny.toml").write_text(SEASON, encoding="utf-8")
 
-    report = json.loads(installed.run("pitchlore", "run", "--json"))
-    assert report["knowledge"] == 1
-    asked, _, played, _, rest = installed.run("python", "-c", COMMAND_LINES + CELLS + STUDIES, json.dumps([
-        ["sql", "--json", "select count(*) as n from situations"], ["replay", "derby"],
+    assert installed.run("pitchlore", "--version").strip() == pitchlore.__version__
+    report, asked, _, played, _, rest = installed.run("python", "-c", COMMAND_LINES + CELLS + STUDIES, json.dumps([
+        ["run", "--json"], ["sql", "--json", "select count(*) as n from situations"], ["replay", "derby"],
         ["season", "--settings", "tiny.toml", "--opponent", "static", "--json"], ["notebooks", "--no-open"]])).split("\0")
+    assert json.loads(report)["knowledge"] == 1
     assert json.loads(asked)[0]["n"] > 50
     (page,) = (installed.folder / "data" / "replays").glob("*.html")
     assert "<script" in page.read_text(encoding="utf-8")

@@ -93,19 +93,22 @@ ACTIONS: dict[str, Callable[[Store], str]] = {
 }
 
 
+def answer(action: str, store: Store) -> str:
+    """The line that comes of an action."""
+    try:
+        store.catch_up()
+        return ACTIONS[action](store)
+    except PitchloreError as error:
+        return f"error: {error}"
+
+
 def main() -> None:
     """Answer lines until there are no more."""
     print("ready", flush=True)
     for line in sys.stdin:
         delay, action, folder = line.rstrip("\n").split(" ", 2)
         time.sleep(float(delay))
-        try:
-            store = Store(Path(folder))
-            store.catch_up()
-            said = ACTIONS[action](store)
-        except PitchloreError as error:
-            said = f"error: {error}"
-        print(said, flush=True)
+        print(answer(action, Store(Path(folder))), flush=True)
 
 
 if __name__ == "__main__":

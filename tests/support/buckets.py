@@ -107,6 +107,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     served: Served
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True
 
     def handle_any(self) -> None:
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
