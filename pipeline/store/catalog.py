@@ -27,6 +27,7 @@ FORMAT = "v1.0.0"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
+_NOTHING = dict[str, str]()
 
 
 def build(
@@ -61,20 +62,22 @@ def _build(
     path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
 ) -> None:
     with duckdb.connect(str(path), config={"storage_compatibility_version": FORMAT}) as connection:
-        connection.begin()  # one write for all statements
-        connection.execute(
-            f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)"
-        )
-        connection.execute(f"create table {TAGS} (tag varchar)")
+        statements = [
+            f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)",
+            f"create table {TAGS} (tag varchar)",
+            f"insert into {TAGS} values {', '.join(f'({quote(schema.tag())})' for schema in PUBLIC.values())}",
+        ]
         for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
-            connection.execute(f"insert into {TAGS} values (?)", [schema.tag()])
             rows = _select(connection, schema, list(sources.get(name, ())))
             if name in of_groups:
                 rows = f"from ({rows}) where match_id in (select match_id from matches)"
-            connection.execute(f"create view {name} as {rows}")
-            connection.execute(f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}")
-            for column, meaning in schema.meanings().items():
-                connection.execute(f'comment on column {name}."{column}" is {quote(meaning)}')
+            statements += [
+                f"create view {name} as {rows}",
+                f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}",
+                *(f'comment on column {name}."{column}" is {quote(meaning)}'
+                  for column, meaning in schema.meanings().items())]
+        connection.begin()  # one write for all statements
+        connection.execute(";\n".join(statements))
         listing = [(name, file, *(seen or (None, None)))
                    for name, files in sources.items() for file, seen in files.items()]
         listed = pl.DataFrame(listing, schema=_LISTED, orient="row").to_arrow()
@@ -137,17 +140,24 @@ def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: S
     listed = ", ".join(quote(pattern(file)) for file in files)
     if files and len(schema.readable()) == 1:
         return f"select {columns} from read_parquet([{listed}])"
-    # DuckDB itself says how it names the types that it reads from our Parquet
-    rows: Any = connection.from_arrow(
-        schema.empty().with_columns(pl.selectors.enum().cast(pl.String)).to_arrow()
-    )
-    nulls = (f'null::{dtype} as "{name}"' for name, dtype in zip(rows.columns, rows.types, strict=True))
-    nothing = f"select {', '.join(nulls)} where false"
+    nothing = _nothing(connection, schema)
     if not files:
         return nothing
     # files of earlier versions lack columns
     every = f"from read_parquet([{listed}], union_by_name = true) union all by name {nothing}"
     return f"select {columns} from ({every})"
+
+
+def _nothing(connection: duckdb.DuckDBPyConnection, schema: type[Table]) -> str:
+    """No rows of a table; the types do not change while the process lives."""
+    if schema.tag() not in _NOTHING:
+        # DuckDB itself says how it names the types that it reads from our Parquet
+        rows: Any = connection.from_arrow(
+            schema.empty().with_columns(pl.selectors.enum().cast(pl.String)).to_arrow()
+        )
+        nulls = (f'null::{dtype} as "{name}"' for name, dtype in zip(rows.columns, rows.types, strict=True))
+        _NOTHING[schema.tag()] = f"select {', '.join(nulls)} where false"
+    return _NOTHING[schema.tag()]
 
 
 def pattern(path: str) -> str:
