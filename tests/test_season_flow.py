@@ -19,7 +19,7 @@ from pitchlore.schemas import Games, Growth
 
 SHORT = 'base = "paper"\ngames = 3\nlead_from = 3\n[referee]\nduration_s = 20'
 #: What is really played.
-SHORTER = SHORT.replace("= 3", "= 2").replace("= 20", "= 10")
+SHORTER = SHORT.replace("= 3", "= 2").replace("= 20", "= 3")
 
 
 def season(seed, text=SHORT):

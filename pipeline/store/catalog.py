@@ -62,10 +62,11 @@ def _build(
     path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
 ) -> None:
     with duckdb.connect(str(path), config={"storage_compatibility_version": FORMAT}) as connection:
+        tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
         statements = [
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)",
             f"create table {TAGS} (tag varchar)",
-            f"insert into {TAGS} values {', '.join(f'({quote(schema.tag())})' for schema in PUBLIC.values())}",
+            f"insert into {TAGS} values {tags}",
         ]
         for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
             rows = _select(connection, schema, list(sources.get(name, ())))

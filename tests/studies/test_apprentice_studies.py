@@ -49,7 +49,7 @@ practice = 1
 explore = 1.0
 explore_last = 1.0
 [referee]
-duration_s = 20
+duration_s = 8
 [pipeline.policies.appraisals]
 codes = "all"
 leaf_samples = 5
@@ -124,7 +124,7 @@ def test_blind_pairs(data):
     """Matches of a blind team are not those of the team that sees; they are the same when they are played again."""
     policies = {}
     team, opponent = (entrant(Store(data), word, policies) for word in (LEARNER.panel.words[0], STATIC))
-    how = Evaluation(team=team, opponent=opponent, referee=RefereeSettings(duration_s=30.0))
+    how = Evaluation(team=team, opponent=opponent, referee=RefereeSettings(duration_s=20.0))
     seeds = [3, 4]
     found = played_blind(how, policies, None, seeds)
     assert found.equals(pl.concat([blind_pair(policies, None, Pair(evaluation=how, seed=seed)) for seed in seeds]))

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from threading import current_thread, main_thread
 
 import ball_goals.study
 import fuzz.study
@@ -32,6 +33,7 @@ from scout import expected_goals, teams_apart
 from support.sessions import migrated
 from world import game, rules, thousand
 
+from pitchlore.flows.server import Keeper, database
 from pitchlore.pipeline.settings import ModelSettings
 from pitchlore.pipeline.store import outputs
 
@@ -64,22 +66,21 @@ def commands_here(monkeypatch, call):
         code, _, said = call(*words)
         assert code == 0, said
 
-    def answer(bench, *words):
+    def answer(league, *words, data=None):
         if words[0] == "server":  # tests/test_server.py starts them: one takes seconds; a study counts the tasks that it has kept
-            migrated(bench.data / "server")
+            migrated(league.data / "server")
             return None
-        code, said, error = call(*words, "--data", bench.data)
+        if current_thread() is not main_thread():  # an actor of the soak
+            return process(league, *words, data=data)
+        code, said, error = call(*words, "--data", data or league.data)
         assert code == 0, error
         return subprocess.CompletedProcess(words, code, said, error)
 
-    def settle(league, data=None):
-        command("import", *league.recordings, "--data", data or league.data)
-        command("run", "--data", data or league.data)
-
+    process = soak.league.League.call
     for study in (teams_apart, expected_goals, harness, paradigms.study, seasons.study):
         monkeypatch.setattr(study, "command", command)
-    monkeypatch.setattr(soak.league.League, "settle", settle)
-    monkeypatch.setattr(scale.study.Bench, "call", answer)
+    for league in (scale.study.Bench, soak.league.League):
+        monkeypatch.setattr(league, "call", answer)
 
 
 class TestParts:
@@ -353,10 +354,11 @@ def test_fuzz(tmp_path):
 
 @pytest.mark.slow
 def test_soak(tmp_path, monkeypatch, commands_here):
-    """A second of everything, in processes of their own; before and after, what a quiet run makes is made here."""
+    """A moment of everything, in processes of its own; before and after, what a quiet run makes is made here."""
     monkeypatch.setattr(soak.league, "STARTS_S", (0, 25))
     (out := tmp_path / "out").mkdir()
-    assert soak.study.main(tmp_path, out, 1.0, 1) == 0
+    migrated(Keeper(tmp_path / "league").folder, database())
+    assert soak.study.main(tmp_path, out, 0.3, 255) == 0  # the seed presses Ctrl-C at once
     same_columns(out, "soak", "samples.csv")
     reported, there = (json.loads((folder / "figures.json").read_text()) for folder in (out, STUDIES / "soak"))
     assert reported.keys() == there.keys()

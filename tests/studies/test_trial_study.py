@@ -12,7 +12,7 @@ from looking.effects import differences, shares, worth_of
 from looking.lots import FIRST, WHOLE, Trial
 from looking.seconds import seconds
 
-from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch
+from pitchlore.pipeline.arena.env import BEHAVIOURS, ParallelMatch, parallel_env
 from pitchlore.pipeline.arena.teams.appraising import ActionValues, appraiser_of
 from pitchlore.schemas import ROLES, Appraisals
 from pitchlore.schemas.sights import SIGHT
@@ -20,7 +20,16 @@ from pitchlore.schemas.sights import SIGHT
 TRIAL = FIRST["looking-held"]
 WAYS = TRIAL.ways
 LOOKS, CONSTANT, BLIND = range(len(WAYS))
+#: Length of a match.
+SECONDS = 240
 UP = list(SIGHT).index("ball_x")
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    """Matches are shorter than those of the study."""
+    monkeypatch.setattr(played, "pitch_of", lambda opponent, side: parallel_env(
+        opponent, side=side, actions="behaviours", observations="sights", step_s=0.2, minutes=SECONDS / 60))
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +112,7 @@ def test_seconds_of_a_match(appraiser):
     rows = seconds(appraiser, TRIAL, [5])
     assert set(rows["role"]) == {0, 1, 2}
     assert rows.height % 3 == 0
-    assert 2 * 480 * 3 * 0.8 < rows.height <= 2 * 480 * 3
+    assert 2 * SECONDS * 3 * 0.8 < rows.height <= 2 * SECONDS * 3
     assert rows.group_by("way").len()["len"].min() > 0.28 * rows.height
     assert rows["change"].is_between(-2, 2).all()
     team = rows["change"].to_numpy().reshape(-1, 3)
@@ -136,7 +145,7 @@ def test_what_the_lot_says_is_done(appraiser, monkeypatch):
     monkeypatch.setattr(ParallelMatch, "begin_anew", lambda pitch, agents: (anew.append(len(agents)), begin(pitch, agents)))
     rows = seconds(appraiser, TRIAL, [5])
 
-    whole = 2 * 2400  # steps of both matches' whole seconds; a last one is shorter
+    whole = 2 * 5 * SECONDS  # steps of both matches' whole seconds; a last one is shorter
     acts = np.array(done[:whole]).reshape(-1, 5, 2, 3)  # seconds, steps, matches, robots
     assert (acts == acts[:, :1]).all(), "for a second"
     assert anew[:whole] == (acts != CONSTANT).sum(axis=3).ravel().tolist()
