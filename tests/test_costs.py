@@ -28,14 +28,15 @@ def kept(data: Path, noun: str) -> int:
 
 
 @pytest.fixture(scope="module")
-def at_places(tmp_path_factory, clips) -> dict[str, tuple[Path, RunReport]]:
-    """The data folder and the report of a run on threads, and of one on processes."""
-    found = {}
-    for place in ("threads:2", "processes:2"):
-        data = tmp_path_factory.mktemp("costs")
+def at_places(tmp_path_factory, clips, prefect_server) -> dict[str, tuple[Path, RunReport]]:
+    """The data folder and the report of a flow on threads, and of a run by the engine on processes."""
+    from pitchlore.flows.run import run_flow
+
+    flow, engine = (tmp_path_factory.mktemp("costs") for _ in range(2))
+    for data in (flow, engine):
         fill(data, clips)
-        found[place] = data, run(data, on=place)
-    return found
+    return {"threads:2": (flow, RunReport.model_validate(run_flow(flow, on="threads:2"))),
+            "processes:2": (engine, run(engine, on="processes:2"))}
 
 
 @pytest.mark.slow
@@ -67,7 +68,7 @@ def test_a_row_a_stage(at_places, place):
 
 @pytest.mark.slow
 def test_the_same_at_places(at_places):
-    """Where work is done changes no count, and no byte that is kept."""
+    """Where work is done, and whether by a flow, changes no count, and no byte that is kept."""
     (threads, one), (processes, other) = at_places.values()
     counts = [{noun: (cost.pieces, cost.bytes_in, cost.bytes_out) for noun, cost in report.costs.items()}
               for report in (one, other)]
@@ -91,13 +92,9 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
-def test_artifact(tmp_path, clips):
-    """The artifact of a run has a row for each stage, with what it cost."""
-    from pitchlore.flows.run import run_flow
-
-    fill(tmp_path, clips)
-    report = RunReport.model_validate(run_flow(tmp_path))
+def test_artifact(at_places):
+    """The artifact of a flow has a row for each stage, with what it cost."""
+    _, report = at_places["threads:2"]
     asked = {"artifacts": {"key": {"any_": ["run"]}}, "sort": "CREATED_DESC", "limit": 50}
     shown = [artifact["data"] for artifact in post("/artifacts/filter", asked)]
     assert report.markdown() in shown

@@ -108,24 +108,10 @@ def test_other_settings(copied):
     assert {s.noun: len(s.made) for s in report.stages}["behaviours"] == 1
 
 
-def test_bad_match(tmp_path, clips):
-    """A bad match is quarantined, and the others finish."""
+def test_bad_match_and_disk_error(tmp_path, clips, monkeypatch):
+    """A bad match is quarantined, and the others finish; after a disk error the work is tried again."""
     fill(tmp_path, clips)
     (tmp_path / "inbox" / "broken.csv").write_text("this is not a match\n")
-    report = run(tmp_path)
-    (what, why), = report.failures.items()
-    assert what.endswith("broken.csv")
-    assert why
-    assert [len(s.made) for s in report.stages][:3] == [2, 2, 2]
-    (record,) = Store(tmp_path).quarantined()
-    assert record.noun == "matches"
-    assert record.name.startswith("broken-")
-    (tmp_path / "inbox" / "broken.csv").unlink()
-
-
-def test_disk_error(tmp_path, clips, monkeypatch):
-    """After a disk error the work is tried again."""
-    fill(tmp_path, clips)
     commit, failures = Store.commit, [2]
 
     def flaky(self, work, made, sources=()):
@@ -135,8 +121,15 @@ def test_disk_error(tmp_path, clips, monkeypatch):
         return commit(self, work, made, sources)
 
     monkeypatch.setattr(Store, "commit", flaky)
-    assert run(tmp_path).failures == {}
+    report = run(tmp_path)
     assert failures == [0]
+    (what, why), = report.failures.items()
+    assert what.endswith("broken.csv")
+    assert why
+    assert [len(stage.made) for stage in report.stages][:4] == [2, 2, 2, 2]
+    (record,) = Store(tmp_path).quarantined()
+    assert record.noun == "matches"
+    assert record.name.startswith("broken-")
 
 
 def test_kill_and_run_again(tmp_path, clips, finished):

@@ -193,7 +193,7 @@ class Operated:
         """
         identity = self.ask("GET", f"/deployments/name/{deployment}")["id"]
         while True:
-            moment = datetime.now(UTC).replace(microsecond=0) + timedelta(seconds=5)
+            moment = datetime.now(UTC).replace(microsecond=0) + timedelta(seconds=3)
             schedule = {"rrule": f"DTSTART:{moment:%Y%m%dT%H%M%S}Z\nRRULE:FREQ=SECONDLY;COUNT=1", "timezone": "UTC"}
             self.ask("POST", f"/deployments/{identity}/schedules", [{"active": True, "schedule": schedule}])
             while datetime.now(UTC) < moment + timedelta(seconds=5):
