@@ -26,4 +26,4 @@ class Flaw:
 def quality_table(match_id: str, flaws: Sequence[Flaw]) -> pl.DataFrame:
     """Rows of schema Quality, in the order given."""
     rows = [{"match_id": match_id, **asdict(flaw)} for flaw in flaws]
-    return Quality.of(rows)
+    return Quality.of(rows) if rows else Quality.empty()

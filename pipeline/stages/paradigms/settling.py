@@ -60,10 +60,12 @@ def greedy_joint_action(rule: int, memory: Memory, params: Params) -> tuple[I64,
     s_t = np.zeros(agents, np.int64)
     worth, now, certain = np.empty(actions), np.empty(agents, np.int64), np.empty(agents, np.int64)
     _greedy(rule, memory, params, s_t, worth, now)
-    believed = memory.occurrence.copy()
+    believed = memory.occurrence[:, 0].copy()
     for agent in range(agents):
         for a in range(actions):
             memory.occurrence[agent, 0, a] = 1.0 if a == now[agent] else 0.0
     _greedy(rule, memory, params, s_t, worth, certain)
-    memory.occurrence[:] = believed
+    for agent in range(agents):  # to assign whole arrays takes two seconds more to compile
+        for a in range(actions):
+            memory.occurrence[agent, 0, a] = believed[agent, a]
     return now, bool((now == certain).all())

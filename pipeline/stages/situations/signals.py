@@ -62,7 +62,10 @@ def nearest_to_ball(distances: F64, among: Bools, ball: F64) -> F64:
         among: bool [B], the robots to choose from.
         ball: as in :class:`pipeline.stages.situations.dense.DenseMatch`.
     """
-    nearest = np.where(np.isnan(ball[0]), np.nan, ABSENT)
+    nearest = np.full(ball.shape[1], ABSENT)
+    for k in range(len(nearest)):  # np.where takes a second to compile
+        if np.isnan(ball[0, k]):
+            nearest[k] = np.nan
     for b in range(distances.shape[0]):
         if among[b]:
             for k in range(distances.shape[1]):
