@@ -81,6 +81,15 @@ def forever(*_):
         except KeyboardInterrupt: pass
 pitchlore.pipeline.engine.catalog.catalog.listing = forever
 """,
+    "a query runs": """
+import threading
+from pitchlore.pipeline.face import league
+ask = league.ask
+def told(*arguments):
+    threading.Timer(0.5, print, ["moment"], {"flush": True}).start()  # into the query
+    return ask(*arguments)
+league.ask = told
+""",
 }
 
 
@@ -130,36 +139,18 @@ def test_stop_while_starting(tmp_path):
         assert_stopped(command)
 
 
-@pytest.mark.parametrize("moment", [
-    "it is loaded", "a compiled module is loaded", "it has a child", "a library calls it an error"])
-def test_stop_early(tmp_path, moment):
-    """Ctrl-C is heard before anything slow is loaded, leaves no child behind, and is no error of a library."""
-    with terminal("kb", "list", "--data", tmp_path, before=MOMENTS[moment]) as command:
+@pytest.mark.parametrize(("moment", "words"), [
+    *((moment, ("kb", "list")) for moment in (
+        "it is loaded", "a compiled module is loaded", "it has a child", "a library calls it an error")),
+    ("the main thread is deaf", ("sql", "select 1")),
+    ("a query runs", ("sql", "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null", "x"))])
+def test_stop(finished, moment, words):
+    """Ctrl-C is heard before anything slow is loaded, leaves no child behind, is no error of a library, and stops a query.
+
+    Compiled code that returns to Python only to swallow the interrupt is ended after the grace.
+    """
+    with terminal(*words, "--data", finished, before=MOMENTS[moment]) as command:
         command.until("moment")
-        assert_stopped(command)
-
-
-def test_a_deaf_command_stops(finished):
-    """Compiled code that returns to Python only to swallow the interrupt is ended after the grace."""
-    with terminal("sql", "select 1", "--data", finished, before=MOMENTS["the main thread is deaf"]) as command:
-        command.until("moment")
-        assert_stopped(command)
-
-
-def test_a_query_stops(finished):
-    """Ctrl-C stops a query."""
-    forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
-    reported = """
-from pitchlore.pipeline.face import league
-ask = league.ask
-def told(*arguments):
-    print("moment", flush=True)
-    return ask(*arguments)
-league.ask = told
-"""
-    with terminal("sql", forever, "x", "--data", finished, before=reported) as command:
-        command.until("moment")
-        time.sleep(0.5)  # into the query
         assert_stopped(command)
 
 
