@@ -1,7 +1,7 @@
 """The chain's bytes: SHA-256 of each file of a data folder that one Python makes (`make pythons`).
 
 A clip of the sample recording is imported, two matches are played, every stage runs and a policy is
-trained. Everything is hashed but the catalogue, which holds paths and times of files.
+trained. Everything is hashed but the catalogue and the reports of runs, which hold paths and times.
 
     PYTHONPATH=tests python -m support.chain FILE
 """
@@ -16,7 +16,8 @@ from conftest import clip
 
 from pitchlore.flows.cli import main
 
-CATALOGUE = "catalog.duckdb"
+#: What is not hashed: a file, and a folder.
+TIMED = ("catalog.duckdb", "runs")
 
 
 def made(data: Path) -> list[str]:
@@ -31,8 +32,9 @@ def made(data: Path) -> list[str]:
         with pytest.raises(SystemExit) as ended:
             main([*arguments, "--data", str(data)])
         assert ended.value.code in (0, None), arguments
-    files = sorted(path for path in data.rglob("*") if path.is_file() and path.name != CATALOGUE)
-    return [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(data)}" for path in files]
+    paths = sorted(path.relative_to(data) for path in data.rglob("*") if path.is_file())
+    return [f"{hashlib.sha256((data / path).read_bytes()).hexdigest()}  {path}"
+            for path in paths if path.parts[0] not in TIMED]
 
 
 if __name__ == "__main__":
