@@ -114,6 +114,27 @@ class SituationSettings(Frozen):
     random_longest_s: float = Field(default=1.0, gt=0)
 
 
+class OptionSettings(Frozen):
+    """How options are recovered from motion (``pipeline.stages.options``).
+
+    Attributes:
+        window_s: length of a window: the time between two decisions of a team that thinks fast.
+        sample_s: time between the samples that are looked at; of a quicker recording some are passed over.
+        wheel_speed, wheel_acceleration, axle: limits of robots, m/s, m/s² and metres; by default as in the
+            arena.
+        rounds: rounds in which habits are learned from the match; 0: all options stay equally probable.
+        evidence: windows that the habits of a robot's role count for in each cell of what it sees.
+    """
+
+    window_s: float = Field(default=0.2, gt=0)
+    sample_s: float = Field(default=1 / 30, gt=0)
+    wheel_speed: float = Field(default=1.2, gt=0)
+    wheel_acceleration: float = Field(default=6.0, gt=0)
+    axle: float = Field(default=0.071, gt=0)
+    rounds: int = Field(default=10, ge=0)
+    evidence: float = Field(default=20.0, gt=0)
+
+
 class MomentSettings(Frozen):
     """Moments of play that are looked at, and how far ahead.
 
@@ -362,6 +383,31 @@ class AppraisalSettings(Frozen):
     seed: int = 0
 
 
+class ImitationSettings(Frozen):
+    """How habits of a team are learned from clues to its options (``pipeline.stages.policies.imitate``).
+
+    Attributes:
+        rounds: rounds in which options and habits are learned from each other.
+        windows_at_most: greatest number of windows that are learned from, the first of them.
+        least_share: an option is offered to a role that takes it in so great a share of its windows.
+        doubt: probability that an option is none of the team's habits.
+        trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
+            max_leaf_nodes, min_samples_leaf and l2_regularization of histogram boosting, for each option.
+        seed: decides which of several options a window is learned as.
+    """
+
+    rounds: int = Field(default=3, ge=1)
+    windows_at_most: int = Field(default=300_000, ge=1)
+    least_share: float = Field(default=0.005, ge=0, lt=1)
+    doubt: float = Field(default=0.02, ge=0, le=1)
+    trees: int = Field(default=60, ge=1)
+    learning_rate: float = Field(default=0.15, gt=0, le=1)
+    leaves: int = Field(default=16, ge=2)
+    leaf_samples: int = Field(default=60, ge=1)
+    tree_penalty: float = Field(default=2.0, ge=0)
+    seed: int = 0
+
+
 class PolicySettings(Frozen):
     """Batch Sarsa(lambda): the decisions of a batch, its start values, and the rule.
 
@@ -371,8 +417,10 @@ class PolicySettings(Frozen):
         learner: "sarsa": a team looks up the behaviour of the greatest value in its state, and values come
             from Sarsa(lambda). "sight": it takes the action that trees, fitted to what V did after each
             action of the logged decisions, appraise highest at what it sees; Sarsa(lambda) still gives each
-            action its mean value in a role.
+            action its mean value in a role. "imitation": it takes the option that the imitated team most
+            probably takes at what it sees, by its motion alone; again Sarsa(lambda) gives each a value.
         appraisals: settings of "sight".
+        imitation: settings of "imitation".
         learn_from: decisions to learn from. "chosen": logged by a player. "seen": read from the situations
             of a match. "both": all.
         last_matches: number of the newest matches of the knowledge to learn from; not given: all.
@@ -394,8 +442,10 @@ class PolicySettings(Frozen):
         sweeps: passes over the batch.
     """
 
-    learner: Literal["sarsa", "sight"] = "sarsa"
+    learner: Literal["sarsa", "sight", "imitation"] = "sarsa"
     appraisals: AppraisalSettings = AppraisalSettings()
+    imitation: ImitationSettings = Field(
+        default=ImitationSettings(), exclude_if=lambda imitation: imitation == ImitationSettings())
     learn_from: Literal["chosen", "seen", "both"] = "both"
     last_matches: int | None = Field(default=None, ge=1)
     parent: bool = True
@@ -417,6 +467,8 @@ class Settings(Frozen):
     trajectories: TrajectorySettings = TrajectorySettings()
     goals: GoalSettings = GoalSettings()
     situations: SituationSettings = SituationSettings()
+    options: OptionSettings = Field(
+        default=OptionSettings(), exclude_if=lambda options: options == OptionSettings())
     events: EventSettings = EventSettings()
     moments: MomentSettings = MomentSettings()
     models: ModelSettings = ModelSettings()

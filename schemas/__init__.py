@@ -22,6 +22,8 @@ from pitchlore.schemas.matches import Quality as Quality
 from pitchlore.schemas.matches import Referee as Referee
 from pitchlore.schemas.matches import Sides as Sides
 from pitchlore.schemas.neurons import Neurons as Neurons
+from pitchlore.schemas.options import Clues as Clues
+from pitchlore.schemas.options import Options as Options
 from pitchlore.schemas.paradigms import Paradigms as Paradigms
 from pitchlore.schemas.paradigms import Verdicts as Verdicts
 from pitchlore.schemas.policies import Policies as Policies

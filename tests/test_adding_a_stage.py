@@ -29,7 +29,7 @@ store = Store(Path(cases._data().name))
 question = "select count(*), max(top_speed) > 0.5 from sprints"
 assert ask(refresh(store)[0], question).row(0) == (6, True)
 assert Settings().sprints.over == 0.0
-assert list(STAGES).index("sprints") == 4
+assert list(STAGES).index("sprints") == 5
 match = next(store.receipts("matches")).name
 forget_match(store, match)
 assert not list(store.receipts("sprints"))

@@ -11,12 +11,12 @@ from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import LearnedController, PolicyTables, controller_of
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.ball import NOBODY, OTHER, OWN, holder
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.ball import NOBODY, OTHER, OWN, holder
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION
 from pitchlore.pipeline.settings import TrajectorySettings
 from pitchlore.pipeline.stages.events.control import ball_control
 from pitchlore.pipeline.stages.trajectories.derive import trajectories

@@ -88,7 +88,7 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
     failed = report.stage("goals")
     assert (len(failed.failed), failed.cost.pieces, failed.cost.bytes_out > 0) == (2, 2, True)  # the quarantine's
     assert failed.cost.seconds > 0
-    assert list(report.costs) == ["matches", "sides", "trajectories", "situations", "goals"]
+    assert list(report.costs) == ["matches", "sides", "trajectories", "situations", "options", "goals"]
 
 
 @pytest.mark.slow

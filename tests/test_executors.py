@@ -25,11 +25,11 @@ from support.toy_scenes import (
     views,
 )
 
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION, LIMIT_S
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION, LIMIT_S
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
 from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.situations.rules import TABLE_1

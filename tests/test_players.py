@@ -12,14 +12,17 @@ from support.toy_scenes import ROBOTS, VSSS, M, driven, mirrored, splitmix, view
 
 from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
 from pitchlore.pipeline.arena.teams import human_like, moving_randomly, static
-from pitchlore.pipeline.arena.teams.ball import coming, has_ball, soon, spin
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION
-from pitchlore.pipeline.arena.teams.goalkeeping import keep_line
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
-from pitchlore.pipeline.arena.teams.roles import assign
-from pitchlore.pipeline.arena.teams.splitmix import bits, normal, seeded, uniform
-from pitchlore.pipeline.arena.teams.steering import (
+from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.tactics.ball import coming, has_ball, soon, spin
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION
+from pitchlore.pipeline.game.tactics.goalkeeping import keep_line
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.roles import assign
+from pitchlore.pipeline.game.tactics.splitmix import bits, normal, seeded, uniform
+from pitchlore.pipeline.game.tactics.steering import (
     BACK,
     EITHER,
     FRONT,
@@ -31,9 +34,6 @@ from pitchlore.pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
-from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
-from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.stages.trajectories import kinematics
 
 PACKED = M.packed()

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
-from pitchlore.pipeline.arena.teams.executors.actions import LIMIT_S
+from pitchlore.pipeline.game.tactics.executors.actions import LIMIT_S
 from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
 from pitchlore.pipeline.stages.report import table3
 from pitchlore.pipeline.stages.report.claims import CLAIMS, season_verdicts

@@ -2,11 +2,14 @@
 
 Lines count that have something on them, docstrings and comments among them. A capability that needs more of
 them raises :data:`MOST` in the same commit and says why, after looking for what it makes unnecessary.
+
+22,000 was the bound without options. To recover them a recording needs what executors command, which lay with the
+arena and was not counted (970 lines), and the stage (640).
 """
 
 from conftest import ROOT
 
-MOST = 22_000
+MOST = 23_600
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {
@@ -20,7 +23,7 @@ CORE = {
     "store": ("pipeline/store/**/*.py",),
     "stages": (
         *(f"pipeline/stages/{noun}/**/*.py" for noun in (
-            "sides", "trajectories", "situations", "events", "values", "sequences", "behaviours", "policies")),
+            "sides", "trajectories", "situations", "options", "events", "values", "sequences", "behaviours", "policies")),
         "pipeline/stages/goals.py", "pipeline/stages/decisions.py", "pipeline/stages/knowledge.py"),
     "state": ("pipeline/state/**/*.py",),
     "engine": ("pipeline/engine/**/*.py",),

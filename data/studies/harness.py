@@ -12,7 +12,7 @@ import io
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import get_context
@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.controllers import controllers_of
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.digests import digest
@@ -84,15 +84,16 @@ def seasons(settings: str, seeds: Sequence[int], data: Path, *words: object) -> 
             "--seasons", len(seeds), "--discard", "--data", data, *words)
 
 
-def logged(recipe: Recipe) -> bytes:
-    """The log of a match that is played; no team of it is learned."""
-    match, stream = MatchInPlay(recipe, controllers_of(recipe, {})), io.BytesIO()
+def logged(recipe: Recipe, policies: Mapping[str, PolicyTables] | None = None) -> bytes:
+    """The log of a match that is played; ``policies`` are those of its learned teams, by label."""
+    match, stream = MatchInPlay(recipe, controllers_of(recipe, policies or {})), io.BytesIO()
     recorder, goes_on = matches.Recorder(stream, match.info), True
     while goes_on:
         goes_on = match.advance(4096)
         taken = match.take()
         recorder.frames(taken.frames)
         recorder.referee(taken.referee)
+        recorder.decisions(taken.decisions)
     recorder.close(info=match.info)
     return stream.getvalue()
 

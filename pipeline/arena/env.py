@@ -39,10 +39,10 @@ from pitchlore.pipeline.arena.match.observation import LIMIT, length
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, varied
 from pitchlore.pipeline.arena.match.sides import MatchSides
 from pitchlore.pipeline.arena.match.sighted import NUMBERS
-from pitchlore.pipeline.arena.teams.executors.actions import CODES
 from pitchlore.pipeline.arena.window.rendering import Rendering
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.pipeline.numbers.arrays import F32
 from pitchlore.schemas import SIDES, Side
 

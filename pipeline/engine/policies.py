@@ -29,7 +29,17 @@ from pitchlore.pipeline.stages.sides.teams import Team, sides_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
-from pitchlore.schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
+from pitchlore.schemas import (
+    Appraisals,
+    Clues,
+    Decisions,
+    Occasions,
+    Policies,
+    Returns,
+    Sides,
+    Sights,
+    States,
+)
 
 #: Appraisals and the pairs that are kept, made as by
 #: :func:`pipeline.stages.policies.appraise.fit_action_values` from decisions, sights, pairs, settings,
@@ -80,6 +90,9 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     if settings.learner == "sight":
         receipts["sequences"] = [need(store, "sequences", each.match) for each in taken]
         inputs |= digests({"sequences": receipts["sequences"]})
+    if settings.learner == "imitation":
+        receipts["options"] = [need(store, "options", each.match) for each in taken]
+        inputs |= digests({"options": receipts["options"]})
     if goes_on and parent is not None:
         return Plan(receipts | {"parent": [parent]}, inputs, parent.version)
     return Plan(receipts, inputs)
@@ -109,14 +122,20 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
         .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
         for table in inputs.tables("decisions", Decisions)])
+    appraisals = Appraisals.empty()
     if settings.learner == "sight":
         seen = actions(seen, TABLE_1, settings.appraisals)
+    if settings.learner == "imitation":
+        from pitchlore.pipeline.stages.policies.imitate import imitate  # noqa: PLC0415 (see pipeline.engine.stages)
+
+        clues = (table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left")
+                 for table in inputs.batches("options", Clues))
+        seen, appraisals = imitate(pl.concat(clues), settings.imitation, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
     policy, report = train(
         [ordered], seen, inputs.table("parent", Policies) if inputs["parent"] else None,
         settings, inputs.version, knowledge.version,
     )
-    appraisals = Appraisals.empty()
     if settings.learner == "sight":
         sights = pl.concat(inputs.batches("sequences", Sights))
         watched = sights.drop_nulls("code").join(
@@ -129,7 +148,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
               (states_of(policy, returned), States)]
     return Made(tables, details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
-        **asdict(report), "matches": len(inputs["sides"]), "plays": _plays(inputs),
+        **asdict(report), "matches": len(inputs["sides"]), "plays": _plays(inputs, settings),
     })
 
 
@@ -140,11 +159,14 @@ def _last_played(store: Store, matches: list[PolicyMatch]) -> list[Receipt]:
     return [receipt for receipt in found if receipt is not None]
 
 
-def _plays(inputs: Inputs) -> dict[str, Any]:
+def _plays(inputs: Inputs, settings: PolicySettings) -> dict[str, Any]:
     """How the team played that chose last, by the recipe of its match: the settings that a policy needs.
 
-    Empty if no player chose, or where the match has no recipe.
+    Empty if no player chose, or where the match has no recipe. A team that imitates decides as often as it
+    was watched.
     """
+    if settings.learner == "imitation":
+        return {"clock_s": inputs["options"][0].settings["window_s"]}
     for match in inputs["matches"]:
         (side, *_), = filter(None, (_choosing(decided, match.name) for decided in inputs["decisions"]))
         team = match.settings.get(side, {})

@@ -26,6 +26,7 @@ from pitchlore.pipeline.settings import (
     GramSettings,
     ModelSettings,
     MomentSettings,
+    OptionSettings,
     SideSettings,
     SituationSettings,
     TrajectorySettings,
@@ -40,6 +41,7 @@ from pitchlore.schemas import (
     Chances,
     Choices,
     Claims,
+    Clues,
     Commands,
     Decisions,
     Evaluations,
@@ -51,6 +53,7 @@ from pitchlore.schemas import (
     Moments,
     Neurons,
     Occasions,
+    Options,
     Paradigms,
     Passes,
     Patterns,
@@ -98,6 +101,17 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
     found = recognise(_bodies(inputs), inputs.pitch, settings)
     counts = {team: found.filter(pl.col("team") == team).height for team in SIDES}
     return Made([(found, Situations)], details={"situations": counts})
+
+
+def _options(inputs: Inputs, settings: OptionSettings) -> Made:
+    from pitchlore.pipeline.stages.options.likelihood import shipped_ratios  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.options.recover import options  # noqa: PLC0415 (see above)
+
+    decided = inputs.details("matches").get("decisions") != 0
+    found, clues = options(
+        inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(),
+        inputs.log().decisions if decided else None)
+    return Made([(found, Options), (clues, Clues)], details={"options": found.height})
 
 
 def _sides(inputs: Inputs, settings: SideSettings) -> Made:
@@ -245,6 +259,7 @@ STAGES = Chain(
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 1, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
+    Stage("options", Per.MATCH, ("matches", "trajectories"), (Options, Clues), 1, _options),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 3, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
           (Possession, Passes, Shots, Pressure, Restarts), 5, _events),

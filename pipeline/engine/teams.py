@@ -25,7 +25,7 @@ _SEASONS = "seasons"
 REMOTE = "remote"
 
 
-class Options(TypedDict, total=False):
+class TeamOptions(TypedDict, total=False):
     """How a learned team is to play. What is left out, or None, is as when the team learned, or was found.
 
     Attributes:
@@ -44,7 +44,7 @@ class Options(TypedDict, total=False):
 
 
 def entrant(
-    store: Store, word: str, policies: dict[str, PolicyTables], **options: Unpack[Options]
+    store: Store, word: str, policies: dict[str, PolicyTables], **options: Unpack[TeamOptions]
 ) -> Entrant:
     """The team that a word names; its policy, if it has one, is added to ``policies``.
 
@@ -81,7 +81,7 @@ def entrant(
     return playing(team, **options)
 
 
-def playing(team: Entrant, **options: Unpack[Options]) -> Entrant:
+def playing(team: Entrant, **options: Unpack[TeamOptions]) -> Entrant:
     """A learned team that plays by options.
 
     Raises:
@@ -91,11 +91,11 @@ def playing(team: Entrant, **options: Unpack[Options]) -> Entrant:
     clock = {name: given.pop(name) for name in ClockSettings.model_fields if name in given}
     settings = team.settings.model_dump() | given
     settings["clock"] = team.settings.clock.model_dump() | clock
-    plays = fitted(TeamSettings, settings, where=team.name, keys="See pipeline.engine.teams.Options")
+    plays = fitted(TeamSettings, settings, where=team.name, keys="See pipeline.engine.teams.TeamOptions")
     return team.model_copy(update={"settings": plays})
 
 
-def learned_team(store: Store, word: str, **options: Unpack[Options]) -> LearnedTeam:
+def learned_team(store: Store, word: str, **options: Unpack[TeamOptions]) -> LearnedTeam:
     """A learned team of a data folder, as an opponent in the environments of ``pipeline.arena.env``.
 
     Args:
@@ -199,4 +199,4 @@ def labelled(store: Store, manifest: Manifest) -> tuple[str, PolicyTables]:
 
 def _looks(manifest: Manifest) -> bool:
     """True if a policy appraises what robots see."""
-    return bool(manifest.settings.get("learner") == "sight")
+    return manifest.settings.get("learner") in ("sight", "imitation")

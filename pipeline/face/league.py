@@ -25,7 +25,7 @@ from pitchlore.schemas import PUBLIC
 if TYPE_CHECKING:
     from pitchlore.pipeline.arena.match.controllers import LearnedTeam
     from pitchlore.pipeline.engine.progress import RunReport
-    from pitchlore.pipeline.engine.teams import Options
+    from pitchlore.pipeline.engine.teams import TeamOptions
     from pitchlore.pipeline.store.query import Relation
     from pitchlore.pipeline.views.decided import Dataset
     from pitchlore.pipeline.views.scout.content.write import WrittenPages
@@ -256,7 +256,7 @@ class League:
         files = [with_map(Path(each)) for each in recordings] or None
         return run(self.store.root, files, settings, train, limits, on)
 
-    def team(self, word: str, **options: Unpack[Options]) -> LearnedTeam:
+    def team(self, word: str, **options: Unpack[TeamOptions]) -> LearnedTeam:
         """A learned team for :func:`pitchlore.play`, or as an opponent in environments.
 
         Args:

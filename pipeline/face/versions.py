@@ -16,7 +16,7 @@ from pitchlore.schemas import Appraisals, Behaviours, Occasions, Policies, Retur
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.arena.match.controllers import LearnedTeam
-    from pitchlore.pipeline.engine.teams import Options
+    from pitchlore.pipeline.engine.teams import TeamOptions
     from pitchlore.pipeline.stages.knowledge import Difference
 
 
@@ -181,7 +181,7 @@ class Policy(Version):
         """True if the policy chooses by what robots see, and not by states."""
         return looks(self._manifest)
 
-    def team(self, **options: Unpack[Options]) -> LearnedTeam:
+    def team(self, **options: Unpack[TeamOptions]) -> LearnedTeam:
         """The policy as a team for :func:`pitchlore.play`, or as an opponent in environments.
 
         Args:

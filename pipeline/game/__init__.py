@@ -1,1 +1,1 @@
-"""The game: pitch, bodies, touches, roles, episodes."""
+"""The game: pitch, bodies, touches, roles, episodes, tactics."""

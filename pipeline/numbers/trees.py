@@ -33,12 +33,12 @@ class Trees(NamedTuple):
     base: F64
 
 
-def arrays_of(model: Any) -> Trees:
-    """The trees of scikit-learn's histogram boosting, fitted to one output, as arrays.
+def arrays_of(model: Any, output: int = 0) -> Trees:
+    """The trees of one output of scikit-learn's histogram boosting, as arrays.
 
     They have no public form; a test compares these arrays with the model's own predictions.
     """
-    nodes = [stage[0].nodes for stage in model._predictors]
+    nodes = [stage[output].nodes for stage in model._predictors]
     start = np.cumsum([0, *(len(tree) for tree in nodes)])
     joined = np.concatenate(nodes)
     offset = np.repeat(start[:-1], [len(tree) for tree in nodes])
@@ -51,7 +51,7 @@ def arrays_of(model: Any) -> Trees:
         left=np.where(leaf, -1, joined["left"] + offset).astype(np.int32),
         right=np.where(leaf, -1, joined["right"] + offset).astype(np.int32),
         value=joined["value"].astype(np.float64),
-        base=np.asarray(model._baseline_prediction, dtype=np.float64).reshape(1),
+        base=np.asarray(model._baseline_prediction, dtype=np.float64).reshape(-1)[output:output + 1],
     )
 
 

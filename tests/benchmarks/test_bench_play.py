@@ -24,9 +24,9 @@ from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.store import Store
 
 VSSS = PITCHES[Kind.VSSS]

@@ -10,7 +10,7 @@ from best_constant.study import BUDGET_MINUTES, CLOCKS, FINAL_SEEDS, SEARCHES, d
 from conftest import ROOT
 
 from pitchlore.pipeline.arena.teams.constant import Constant, best_constant, clock_of
-from pitchlore.pipeline.arena.teams.executors.actions import CODES
+from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.schemas import ROLES
 
 RESULTS = ROOT / "data/studies/best_constant"

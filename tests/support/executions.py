@@ -9,9 +9,9 @@ import numpy as np
 from support.toy_scenes import BY_CHANCE, CODES, ROBOTS, VSSS, M, filmed, openings, splitmix
 
 from pitchlore.pipeline.arena.physics.arena import Arena
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION
 from pitchlore.pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION
 from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations.recognise import recognise
 

@@ -7,13 +7,13 @@ import polars as pl
 from hypothesis import strategies as st
 from support.toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION, LIMIT_S, VERB
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.roles import assign
-from pitchlore.pipeline.arena.teams.splitmix import seeded
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION, LIMIT_S, VERB
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.roles import assign
+from pitchlore.pipeline.game.tactics.splitmix import seeded
 from pitchlore.pipeline.stages.situations import conditions, signals
 from pitchlore.pipeline.stages.situations.rulebook import compiled
 from pitchlore.pipeline.stages.situations.rules import RULES, Target

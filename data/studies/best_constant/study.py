@@ -34,8 +34,8 @@ from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.arena.teams.constant import BEST_FILE, Constant
-from pitchlore.pipeline.arena.teams.executors.actions import CODES
 from pitchlore.pipeline.base.software import software
+from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation, Pair, results_of_pair
 from pitchlore.pipeline.stages.seasons.settings import named_settings
 

@@ -16,8 +16,8 @@ from numba import njit
 from pitchlore.pipeline.arena.match.controllers import AppraisingController, Controller, PolicyTables, rng_of
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams.appraising import NUMBERS, ActionPolicy, choose, read_state
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix, uniform
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
 from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import HOME, ROLES

@@ -11,16 +11,16 @@ import polars as pl
 
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams import appraising, learned
-from pitchlore.pipeline.arena.teams.ball import NOBODY
 from pitchlore.pipeline.arena.teams.clock import PAPER, Clock
 from pitchlore.pipeline.arena.teams.constant import clock_of, constant
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.policy_table import policy_table_of
 from pitchlore.pipeline.arena.teams.predicting import Predictor, predict
-from pitchlore.pipeline.arena.teams.splitmix import seeded
 from pitchlore.pipeline.arena.teams.table import TEAMS, Script
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import COLUMNS
+from pitchlore.pipeline.game.tactics.ball import NOBODY
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import seeded
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.state import BinEdges, radix
 from pitchlore.schemas import AWAY, HOME, Policies

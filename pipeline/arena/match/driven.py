@@ -12,9 +12,9 @@ import numpy.typing as npt
 from pitchlore.pipeline.arena.match.controllers import Controller, measures_of
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.arena.teams.chosen import carry_out
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION, CODES
-from pitchlore.pipeline.arena.teams.splitmix import seeded
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION, CODES
+from pitchlore.pipeline.game.tactics.splitmix import seeded
 from pitchlore.pipeline.numbers.arrays import F64
 
 _CODES = np.array(CODES)

@@ -8,8 +8,8 @@ import numpy as np
 
 from pitchlore.pipeline.arena.match.controllers import Controller, ScriptedController, measures_of
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
-from pitchlore.pipeline.arena.teams.steering import set_wheels
 from pitchlore.pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.game.tactics.steering import set_wheels
 from pitchlore.pipeline.numbers.arrays import F64
 
 # Share of the top speed at which a person drives without boost, for full speed takes skill; and the

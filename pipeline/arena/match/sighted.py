@@ -25,8 +25,8 @@ from numba import njit
 
 from pitchlore.pipeline.arena.match.observation import LIMIT, TeamIndices
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
-from pitchlore.pipeline.arena.teams.roles import assign
 from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.numbers.arrays import F32, F64
 from pitchlore.pipeline.state.observation import LONG_S, see_from
 from pitchlore.schemas import ROLES

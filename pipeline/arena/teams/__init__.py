@@ -1,4 +1,4 @@
-"""Driving of robots: steering, executors of all situations, and the teams that are made of them.
+"""Teams, made of the tactics of ``pipeline.game.tactics``.
 
 ==============  ==============================================================
 table           TEAMS: an entry for each team, with its script
@@ -15,13 +15,5 @@ clock           when a team that plays a policy decides
 appraising      the team that looks: trees appraise its actions at what robots see
 predicting      bodies as they are now, for a team whose camera is late
 chosen          a team whose robots carry out what somebody chooses
-executors       a controller for each situation of Table 1
-goalkeeping     a goalkeeper on its line, where the ball will cross it
-ball            possession, the ball's way, driving that moves it
-steering        wheel speeds toward a direction, a place or a pose
-roles           goalkeeper, midfield and striker by distance to the own goal
-geometry        lengths, directions and speeds in a view
-measures        lengths, speeds and times of pitch, robots and clock
-splitmix        random numbers for compiled functions
 ==============  ==============================================================
 """

@@ -15,12 +15,12 @@ import numpy as np
 import polars as pl
 from numba import njit
 
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.executors.actions import VERB
 from pitchlore.pipeline.arena.teams.learned import observe_levels
-from pitchlore.pipeline.arena.teams.roles import assign
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.executors.actions import VERB
+from pitchlore.pipeline.game.tactics.roles import assign
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix, uniform
 from pitchlore.pipeline.numbers.arrays import F32, F64, I32, I64, Bools
 from pitchlore.pipeline.numbers.trees import Trees, leaf, logits
 from pitchlore.pipeline.state import BinEdges, Radix, encode_one

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.roles import assign
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix
 from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.roles import assign
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.numbers.arrays import F64, I64
 
 

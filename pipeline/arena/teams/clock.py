@@ -16,8 +16,8 @@ class ClockSettings(Frozen):
         least_s: least time that a behaviour lasts, seconds, unless play stops or an event interrupts it. If
             it is over before, its last code is begun anew until then.
         interrupts: whether events interrupt behaviours. When the team wins or loses the ball
-            (:func:`pipeline.arena.teams.ball.holder`), all its robots decide. When a robot's role changes, it
-            decides. A robot that chooses the code that it is executing goes on with it.
+            (:func:`pipeline.game.tactics.ball.holder`), all its robots decide. When a robot's role changes,
+            it decides. A robot that chooses the code that it is executing goes on with it.
         begin_ended: whether a robot begins codes whose end holds already. If not, it leaves such codes of a
             behaviour out, and chooses among the behaviours that have others.
     """

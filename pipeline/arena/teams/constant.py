@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
-from pitchlore.pipeline.arena.teams.executors.actions import CODES
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.schemas import ROLES, Policies
 
 #: Name of the constant team that a search found best, and the file that the search wrote beside this module.

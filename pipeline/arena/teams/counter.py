@@ -25,14 +25,14 @@ from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams import static
-from pitchlore.pipeline.arena.teams.ball import coming
-from pitchlore.pipeline.arena.teams.geometry import clamp, distance, unit_vector
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
 from pitchlore.pipeline.arena.teams.pressing import carrier
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix
 from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
+from pitchlore.pipeline.game.tactics.ball import coming
+from pitchlore.pipeline.game.tactics.geometry import clamp, distance, unit_vector
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: What the team remembers: whether it has won the ball.

@@ -14,13 +14,13 @@ from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams import static
-from pitchlore.pipeline.arena.teams.geometry import distance, offset
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import TACTICS, People
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix, normal
 from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER
-from pitchlore.pipeline.arena.teams.steering import EITHER, FRONT, around, steer
 from pitchlore.pipeline.game.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X
+from pitchlore.pipeline.game.tactics.geometry import distance, offset
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix, normal
+from pitchlore.pipeline.game.tactics.steering import EITHER, FRONT, around, steer
 from pitchlore.pipeline.numbers.arrays import F64
 
 _AGGRESSIVE, _DEFENSIVE, _CHASER = range(len(TACTICS))

@@ -19,16 +19,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.ball import OWN, holder
 from pitchlore.pipeline.arena.teams.clock import Clock
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION
-from pitchlore.pipeline.arena.teams.geometry import speed_of
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
-from pitchlore.pipeline.arena.teams.roles import assign
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix, normal, uniform
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Records, X, Y
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.ball import OWN, holder
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION
+from pitchlore.pipeline.game.tactics.geometry import speed_of
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.roles import assign
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix, normal, uniform
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8
 from pitchlore.pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
 from pitchlore.pipeline.state.table import ELEMENTS
@@ -114,7 +114,7 @@ def interrupt(view: F64, robots: Records, before: int, packed: Records) -> tuple
     Args:
         view: float64 [1 + 2 N, 6], the team's.
         robots: records of :data:`ROBOT`, [N]; those that have to decide are marked.
-        before: the team that had the ball at the frame before, see :func:`pipeline.arena.teams.ball.holder`.
+        before: the team that had the ball at the frame before, see :func:`pipeline.game.tactics.ball.holder`.
         packed: measures, ``Measures.packed()``.
 
     Returns:

@@ -6,12 +6,12 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from pitchlore.pipeline.arena.teams import executors
-from pitchlore.pipeline.arena.teams.executors.actions import ACTION
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix
 from pitchlore.pipeline.game.bodies import Records
+from pitchlore.pipeline.game.tactics import executors
+from pitchlore.pipeline.game.tactics.executors.actions import ACTION
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.numbers.arrays import F64, I64
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.geometry import clamp
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
+from pitchlore.pipeline.game.tactics.geometry import clamp
+from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: Share of the difference between where a robot is seen and where it was reckoned to be that is believed.

@@ -21,13 +21,13 @@ import math
 from numba import njit
 
 from pitchlore.pipeline.arena.teams import static
-from pitchlore.pipeline.arena.teams.ball import push, soon
-from pitchlore.pipeline.arena.teams.geometry import clamp, distance
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix
 from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER, SUPPORTER
-from pitchlore.pipeline.arena.teams.steering import around
 from pitchlore.pipeline.game.bodies import BALL, Record, Records, X, Y
+from pitchlore.pipeline.game.tactics.ball import push, soon
+from pitchlore.pipeline.game.tactics.geometry import clamp, distance
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix
+from pitchlore.pipeline.game.tactics.steering import around
 from pitchlore.pipeline.numbers.arrays import F64
 
 # The nearest robot presses until another is nearer by so many radii (7.5 cm).

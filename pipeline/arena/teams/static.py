@@ -4,7 +4,7 @@ One robot keeps the goal, one attacks, the others support. The rules are those c
 strategies of the league: a goalkeeper on its line who spins at the ball, an attacker led by a univector
 field to behind the ball, supporters between the ball and the own goal (rSoccer's deterministic_vss,
 UnBall 2012), roles that change hands with hysteresis. View, robot and wheels are those of
-:mod:`pipeline.arena.teams.steering`.
+:mod:`pipeline.game.tactics.steering`.
 
 The team keeps the laws of :func:`pipeline.arena.physics.referee.referee_call` where it can: a second robot in
 its own goal area is a penalty. :data:`RULES` are what it does for that. docs/decisions/players.md ("Static
@@ -19,13 +19,14 @@ import numpy as np
 from numba import njit
 from numpy.random import Generator
 
-from pitchlore.pipeline.arena.teams.ball import has_ball, push, soon, spin
-from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit_vector
-from pitchlore.pipeline.arena.teams.goalkeeping import keep_line
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix
-from pitchlore.pipeline.arena.teams.steering import (
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
+from pitchlore.pipeline.game.tactics.ball import has_ball, push, soon, spin
+from pitchlore.pipeline.game.tactics.geometry import along, clamp, distance, offset, speed_of, unit_vector
+from pitchlore.pipeline.game.tactics.goalkeeping import keep_line
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix
+from pitchlore.pipeline.game.tactics.steering import (
     EITHER,
     FRONT,
     along_walls,
@@ -35,7 +36,6 @@ from pitchlore.pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, Records, X, Y
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: Jobs of robots.

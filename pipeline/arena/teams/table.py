@@ -9,8 +9,8 @@ import numpy.typing as npt
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams import counter, human_like, moving_randomly, pressing, static
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.arena.teams.people import People
+from pitchlore.pipeline.game.tactics.measures import Measures
 
 #: The arrays that a team remembers a match in; their meaning is the team's business.
 TeamMemory = tuple[npt.NDArray[Any], ...]

@@ -97,7 +97,7 @@ def fit_action_values(
     schema = pl.Schema(Appraisals.dtypes())
     appraisals = pl.concat([Appraisals.empty(), *(
         part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
-        for code, trees in sorted(grown.items()) for part in _tables(trees))])
+        for code, trees in sorted(grown.items()) for part in tree_tables(trees))])
     looked = made.gather_every(-(-made.height // _LOOKED) or 1)
     kept = [_kept(own, _rows(seen, looked.filter(role=role)), grown, settings.least_share)
             for (role,), own in pairs.group_by("role", maintain_order=True)]
@@ -156,7 +156,7 @@ def _grow(observation: F32, change: F64, settings: AppraisalSettings) -> Trees:
         return arrays_of(builder.fit(observation, change))
 
 
-def _tables(trees: Trees) -> Iterator[pl.DataFrame]:
+def tree_tables(trees: Trees) -> Iterator[pl.DataFrame]:
     """The columns of schema Appraisals but version and code: the base as a tree of a leaf, then the trees."""
     names = np.array([*SIGHT, ""])
     edges = [*trees.start.tolist(), len(trees.left)]

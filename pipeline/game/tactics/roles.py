@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.game.bodies import X, Y
+from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64, I64
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)

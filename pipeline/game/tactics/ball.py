@@ -1,7 +1,7 @@
 """The ball as a robot meets it: whether the robot has it, where it will be, and driving that moves it.
 
 All functions take a team's view, float64 [1 + 2 N, 6], and the row of one of its robots, 1 to N.
-Those that drive write the robot's row of ``wheels``, see :mod:`pipeline.arena.teams.steering`.
+Those that drive write the robot's row of ``wheels``, see :mod:`pipeline.game.tactics.steering`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit_vector
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.steering import FRONT, steer
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y
+from pitchlore.pipeline.game.tactics.geometry import along, clamp, distance, offset, speed_of, unit_vector
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.steering import FRONT, steer
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: Half angle at which the recogniser's term FACING crosses 0.5, cosine.

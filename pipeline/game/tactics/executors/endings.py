@@ -34,12 +34,12 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.ball import COS_FACING, has_ball, touches_ball
-from pitchlore.pipeline.arena.teams.executors import actions
-from pitchlore.pipeline.arena.teams.executors.actions import GONE
-from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record
+from pitchlore.pipeline.game.tactics.ball import COS_FACING, has_ball, touches_ball
+from pitchlore.pipeline.game.tactics.executors import actions
+from pitchlore.pipeline.game.tactics.executors.actions import GONE
+from pitchlore.pipeline.game.tactics.geometry import along, distance, offset, speed_of
+from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
 
 # Durations of the conditions of 001, 011 and 184, seconds.

@@ -1,6 +1,6 @@
 """A goalkeeper that waits for the ball stands on its line where the ball will cross it.
 
-View, robot and wheels are those of :mod:`pipeline.arena.teams.steering`.
+View, robot and wheels are those of :mod:`pipeline.game.tactics.steering`.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.geometry import clamp
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.steering import EITHER, drive_to, face, steer
 from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.tactics.geometry import clamp
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.steering import EITHER, drive_to, face, steer
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: A goalkeeper's middle keeps off the goal line by so many radii (5 cm on the VSSS pitch).

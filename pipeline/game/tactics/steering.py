@@ -11,9 +11,9 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.geometry import along, clamp, offset
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
+from pitchlore.pipeline.game.tactics.geometry import along, clamp, offset
+from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
 
 #: Which end of the robot goes first.

@@ -17,15 +17,15 @@ import math
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.ball import has_ball, touches_ball
-from pitchlore.pipeline.arena.teams.executors import actions
-from pitchlore.pipeline.arena.teams.executors.endings import is_over
-from pitchlore.pipeline.arena.teams.executors.motions import control
-from pitchlore.pipeline.arena.teams.geometry import distance, offset, unit_vector
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.splitmix import SplitMix, uniform
-from pitchlore.pipeline.arena.teams.steering import set_wheels
 from pitchlore.pipeline.game.bodies import BALL, Record
+from pitchlore.pipeline.game.tactics.ball import has_ball, touches_ball
+from pitchlore.pipeline.game.tactics.executors import actions
+from pitchlore.pipeline.game.tactics.executors.endings import is_over
+from pitchlore.pipeline.game.tactics.executors.motions import control
+from pitchlore.pipeline.game.tactics.geometry import distance, offset, unit_vector
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.splitmix import SplitMix, uniform
+from pitchlore.pipeline.game.tactics.steering import set_wheels
 from pitchlore.pipeline.numbers.arrays import F64, I64
 
 
@@ -39,7 +39,7 @@ def start(
         code: code of Table 1.
         robot: row of the robot in the view, 1 to N.
         view: float64 [1 + 2 N, 6], the team's.
-        roles: int64 [2 N], of the robots of rows 1 to 2 N (:func:`pipeline.arena.teams.roles.assign`); they
+        roles: int64 [2 N], of the robots of rows 1 to 2 N (:func:`pipeline.game.tactics.roles.assign`); they
             decide whom codes 138 to 174 are done to. Of several the nearest is; if nobody has the role,
             the nearest of the nearest role.
         m: measures.

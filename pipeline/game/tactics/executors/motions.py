@@ -9,13 +9,14 @@ import math
 
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.ball import COS_FACING, coming, has_ball, push, soon, spin, touches_ball
-from pitchlore.pipeline.arena.teams.executors import actions
-from pitchlore.pipeline.arena.teams.executors.actions import GONE
-from pitchlore.pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit_vector
-from pitchlore.pipeline.arena.teams.goalkeeping import OFF_LINE, keep_line
-from pitchlore.pipeline.arena.teams.measures import Measures
-from pitchlore.pipeline.arena.teams.steering import (
+from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
+from pitchlore.pipeline.game.tactics.ball import COS_FACING, coming, has_ball, push, soon, spin, touches_ball
+from pitchlore.pipeline.game.tactics.executors import actions
+from pitchlore.pipeline.game.tactics.executors.actions import GONE
+from pitchlore.pipeline.game.tactics.geometry import along, distance, offset, speed_of, unit_vector
+from pitchlore.pipeline.game.tactics.goalkeeping import OFF_LINE, keep_line
+from pitchlore.pipeline.game.tactics.measures import Measures
+from pitchlore.pipeline.game.tactics.steering import (
     BACK,
     EITHER,
     FRONT,
@@ -26,7 +27,6 @@ from pitchlore.pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
 from pitchlore.pipeline.numbers.arrays import F64
 
 # From further ahead of the ball than this (cosine), it is reached from behind instead of straight on.

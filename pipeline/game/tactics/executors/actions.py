@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.arena.teams.geometry import offset
-from pitchlore.pipeline.arena.teams.measures import Measures
 from pitchlore.pipeline.game.bodies import BALL, X, Y
+from pitchlore.pipeline.game.tactics.geometry import offset
+from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 

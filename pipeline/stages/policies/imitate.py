@@ -1,0 +1,166 @@
+"""Imitation: what a team does at what its robots see, learned from the clues to its options alone.
+
+A team's habits are the probability of each option at an observation. They are learned together with the
+options themselves (expectation maximisation): options of windows by clues and habits, habits by options of
+windows. Boosted trees hold the habits. So a window whose motion does not tell, because the robot is held,
+gets the option that the team has at such observations elsewhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+from sklearn.ensemble import HistGradientBoostingClassifier
+from threadpoolctl import threadpool_limits
+
+from pitchlore.pipeline.numbers.arrays import F32, F64, I64
+from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits
+from pitchlore.pipeline.settings import ImitationSettings
+from pitchlore.pipeline.stages.policies.appraise import tree_tables
+from pitchlore.schemas import KEYS, ROLES, Appraisals
+from pitchlore.schemas.options import OPTIONS
+
+#: Rounds in which habits of roles are learned; they cost little.
+_ROUNDS = 20
+#: Length of the stretches of a single match that are told from each other, ns.
+_BLOCK_NS = 60_000_000_000
+
+
+def imitate(
+    clues: pl.DataFrame, settings: ImitationSettings, version: int
+) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """A policy that takes the option which a team most probably takes.
+
+    Args:
+        clues: rows of schema Clues, of the team.
+        settings: rounds and trees.
+        version: version of the policy.
+
+    Returns:
+        The options of each role as pairs, as :func:`pipeline.stages.policies.train.train` takes them, with
+        their shares of the role's windows as values; and rows of schema Appraisals: the logit of each option.
+    """
+    rows = clues.drop_nulls("role").head(settings.windows_at_most)
+    if rows.is_empty():
+        return _pairs({}), Appraisals.empty()
+    match = rows["match_id"].rank("dense").to_numpy().astype(np.int64)
+    # one match alone is parted by its minutes
+    block = rows["start_ns"].to_numpy() // _BLOCK_NS
+    fold = (match if match.max() > 1 else block) % 2
+    observation = np.ascontiguousarray(rows["sight"].to_numpy(), dtype=np.float32)
+    role = rows["role"].to_physical().to_numpy().astype(np.int64)
+    grown, posterior = habits(rows["ratios"].to_numpy(), observation, role, fold, settings)
+    shares = {
+        (role_name, option): float(posterior[role == place, option].mean())
+        for place, role_name in enumerate(ROLES) if (role == place).any() for option in grown
+    }
+    offered = {pair: share for pair, share in shares.items() if share >= settings.least_share}
+    schema = pl.Schema(Appraisals.dtypes())
+    appraisals = pl.concat([Appraisals.empty(), *(
+        part.select(
+            pl.lit(version).alias("version"), pl.lit(OPTIONS[option]).alias("code"), pl.all()).cast(schema)
+        for option, trees in sorted(grown.items()) for part in tree_tables(trees))])
+    return _pairs(offered), appraisals
+
+
+def _pairs(shares: dict[tuple[str, int], float]) -> pl.DataFrame:
+    """Pairs of one state, from the share of each role's windows that each option has."""
+    return pl.DataFrame({
+        "role": pl.Series([role for role, _ in shares], dtype=pl.Enum(ROLES)),
+        "key": pl.Series([KEYS[-1]] * len(shares), dtype=pl.Enum(KEYS)),
+        "state": pl.Series([0] * len(shares), dtype=pl.Int64),
+        "behaviour_id": pl.Series(
+            [f"{role}-{OPTIONS[option]:03d}" for role, option in shares], dtype=pl.String),
+        "initial": pl.Series([0.0] * len(shares), dtype=pl.Float64),
+        "value": pl.Series(list(shares.values()), dtype=pl.Float64),
+    }).sort("role", "behaviour_id")
+
+
+def habits(
+    ratios: F32, observation: F32, role: I64, fold: I64, settings: ImitationSettings
+) -> tuple[dict[int, Trees], F64]:
+    """Learn the habits of a team.
+
+    Args:
+        ratios: float32 [W, A], see schema Clues.
+        observation: float32 [W, 30].
+        role: int64 [W], index in ROLES; before any trees, habits are those of the role.
+        fold: int64 [W], 0 or 1: habits that a window's option is told by are learned from the other fold.
+        settings: rounds and trees.
+
+    Returns:
+        The trees of each option's logit, by its index, of those that the team has; and the options of all
+        windows, float64 [W, A].
+    """
+    rng = np.random.default_rng(settings.seed)
+    likelihood = np.exp((ratios - ratios.max(axis=1, keepdims=True)).astype(np.float64))
+    posterior = _of_roles(likelihood, role)
+    for _ in range(settings.rounds):
+        drawn, before = _draw(posterior, rng), np.full(ratios.shape, settings.doubt / ratios.shape[1])
+        for part in (0, 1):
+            own, others = np.flatnonzero(fold == part), np.flatnonzero(fold != part)
+            if len(own) and len(others):
+                grown = fit_habits(observation[others], drawn[others], settings)
+                before[own] += (1 - settings.doubt) * probabilities(grown, observation[own], ratios.shape[1])
+        posterior = _weighed(likelihood, before)
+    return fit_habits(observation, _draw(posterior, rng), settings), posterior
+
+
+def _of_roles(likelihood: F64, role: I64) -> F64:
+    """The options of all windows by habits of roles alone, float64 [W, A]."""
+    shares = np.full((len(ROLES), likelihood.shape[1]), 1 / likelihood.shape[1])
+    for _ in range(_ROUNDS):
+        posterior = _weighed(likelihood, shares[role])
+        shares = np.array(
+            [posterior[role == each].sum(axis=0) + 1 / shares.shape[1] for each in range(len(ROLES))])
+        shares /= shares.sum(axis=1, keepdims=True)
+    return _weighed(likelihood, shares[role])
+
+
+def _weighed(likelihood: F64, before: F64) -> F64:
+    """Probabilities, float64 [W, A], from those before anything was seen."""
+    both = likelihood * before
+    shares: F64 = both / both.sum(axis=1, keepdims=True)
+    return shares
+
+
+def fit_habits(observation: F32, option: I64, settings: ImitationSettings) -> dict[int, Trees]:
+    """Trees of the logit of each option that was drawn often enough, by its index."""
+    found, counts = np.unique(option, return_counts=True)
+    common = found[counts >= settings.leaf_samples]
+    if len(common) < 2:
+        return {int(found[counts.argmax()]): _constant()}
+    kept = np.isin(option, common)
+    builder = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]
+        max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
+        min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty, early_stopping=False,
+        random_state=settings.seed)
+    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+        builder.fit(observation[kept], option[kept])
+    if len(common) == 2:  # scikit-learn fits one logit, of the second
+        return {int(common[0]): _constant(), int(common[1]): arrays_of(builder)}
+    return {int(code): arrays_of(builder, place) for place, code in enumerate(common)}
+
+
+def probabilities(grown: dict[int, Trees], observation: F32, options: int) -> F64:
+    """Probability of each of so many options at observations, float64 [W, A]; 0 of those without trees."""
+    found = np.full((len(observation), options), -np.inf)
+    for option, trees in grown.items():
+        found[:, option] = logits(trees, observation)
+    found = np.exp(found - found.max(axis=1, keepdims=True))
+    shares: F64 = found / found.sum(axis=1, keepdims=True)
+    return shares
+
+
+def _draw(posterior: F64, rng: np.random.Generator) -> I64:
+    """One option of each window by its probability, int64 [W]."""
+    edges = posterior.cumsum(axis=1)
+    drawn: I64 = (edges < edges[:, -1:] * rng.random((len(edges), 1))).sum(axis=1)
+    return drawn
+
+
+def _constant() -> Trees:
+    """No trees: a logit of 0."""
+    none = np.empty(0, dtype=np.int32)
+    number = none.astype(np.float64)
+    return Trees(none, none, number, none.astype(bool), none, none, number, np.zeros(1))

@@ -1,0 +1,166 @@
+"""Options: what robots did, recovered from their motion."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import MatchInPlay
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.game.tactics.executors.actions import CODES
+from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.numbers.trees import logits
+from pitchlore.pipeline.settings import OptionSettings, TrajectorySettings
+from pitchlore.pipeline.stages.options.habits import by_habits
+from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes, shipped_ratios
+from pitchlore.pipeline.stages.options.recover import options, ratios_of
+from pitchlore.pipeline.stages.options.windows import bodies, starts, windows_of
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.schemas import ROLES, Appraisals, Clues, Options, Policies
+from pitchlore.schemas.options import OPTIONS
+from pitchlore.schemas.situations import MOVES_RANDOMLY
+
+SETTINGS = OptionSettings()
+#: Options of a played team that drive unlike each other.
+UNLIKE = (44, 47, 88, 98, 118, 184)
+
+
+@pytest.fixture(scope="module")
+def log() -> MatchLog:
+    """Half a minute of a team whose robots take any of some options for a second, against static."""
+    rows = [{"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
+             "behaviour_id": f"{role}-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0}
+            for role in ROLES for code in UNLIKE]
+    home = TeamSettings(kind="learned", policy="any", explore=1.0, explore_s=1.0, clock_s=0.2)
+    recipe = Recipe(home=home, away=TeamSettings(kind="static"), seed=3, referee=RefereeSettings(duration_s=30.0))
+    policies = {"any": PolicyTables(Policies.of(rows), Appraisals.empty())}
+    match = MatchInPlay(recipe, controllers_of(recipe, policies))
+    while match.advance(4096):
+        pass
+    taken = match.take()
+    return MatchLog(match.info, taken.frames, taken.referee, taken.decisions)
+
+
+@pytest.fixture(scope="module")
+def table(log) -> pl.DataFrame:
+    return trajectories(log, TrajectorySettings())[0]
+
+
+@pytest.fixture(scope="module")
+def found(log, table) -> tuple[pl.DataFrame, pl.DataFrame]:
+    return options(table, log.info.pitch, SETTINGS, shipped_ratios(), log.decisions)
+
+
+def test_what_was_done_is_seen(found):
+    """Options that drive unlike each other are told from motion alone, for most of the time of a match."""
+    rows, _ = found
+    known = rows.filter(pl.col("logged").is_not_null())
+    lasts = (known["end_ns"] - known["start_ns"]).to_numpy()
+    alike = {1: 44, 11: 44, 21: 44, 46: 44}  # to the ball, as long as they have not got it
+    same = known["option"].replace(alike).to_numpy() == known["logged"].replace(alike).to_numpy()
+    assert known["logged"].n_unique() == len(UNLIKE)
+    assert np.average(same, weights=lasts) > 0.5
+    assert known["team"].unique().to_list() == ["home"]
+
+
+def test_only_motion_counts(found, log, table):
+    """Decisions that the log holds change nothing but the column that shows them."""
+    rows, evidence = found
+    blind, same = options(table, log.info.pitch, SETTINGS, shipped_ratios())
+    assert blind["logged"].null_count() == blind.height
+    assert same.equals(evidence)
+    windows_of = pl.col("team", "robot", "option", "target", "segment")
+    # a change of what is logged parts a row in two
+    assert set(blind.select(windows_of).rows()) == set(rows.select(windows_of).rows())
+
+
+def test_options_of_a_robot(found, table):
+    """Options of one robot never overlap, lie in play, and have targets that exist."""
+    rows, evidence = found
+    Options.validate(rows)
+    Clues.validate(evidence)
+    follows = pl.col("start_ns") - pl.col("end_ns").shift().over("team", "robot")
+    assert rows.select(follows.min()).item() >= 0
+    ends = table.group_by("segment").agg(pl.col("t_ns").min().alias("first"), pl.col("t_ns").max().alias("last"))
+    within = rows.join(ends, on="segment")
+    assert within.height == rows.height
+    assert within.select(((pl.col("start_ns") >= pl.col("first")) & (pl.col("end_ns") <= pl.col("last"))).all()).item()
+    robots = {f"{team}-{robot}" for team, robot in table.filter(pl.col("team") != "ball").select(
+        pl.col("team").cast(pl.String), "robot").unique().rows()}
+    assert set(rows["target"].drop_nulls()) <= robots | {"ball", "own-goal", "adversary-goal"}
+
+
+def test_unseen(found, log, table):
+    """A robot has no options while it is not seen; the others have theirs."""
+    seen = table.filter(~((pl.col("team") == "home") & (pl.col("robot") == 2) & (pl.col("t_ns") > 5e9)))
+    rows, _ = options(seen, log.info.pitch, SETTINGS, shipped_ratios())
+    mine = (pl.col("team") == "home") & (pl.col("robot") == 2)
+    assert rows.filter(mine)["end_ns"].max() <= 5.3e9
+    assert rows.filter(~mine)["end_ns"].max() == found[0].filter(~mine)["end_ns"].max()
+
+
+@pytest.mark.parametrize("kind", [kind for kind in Kind if kind != Kind.VSSS])
+def test_other_leagues(table, kind):
+    """Robots of other leagues drive in another way: no rows."""
+    rows, evidence = options(table, PITCHES[kind], SETTINGS, shipped_ratios())
+    assert rows.is_empty()
+    assert evidence.is_empty()
+
+
+def test_options_that_there_are():
+    """All codes that robots can do but moves randomly."""
+    assert (*OPTIONS, MOVES_RANDOMLY) == CODES
+
+
+def test_alike_options_share_a_ratio(log, table):
+    """The ratio of each option is the trees' for its features."""
+    match = bodies(table, SETTINGS.sample_s)
+    own = windows_of(match, 0, log.info.pitch, SETTINGS)
+    features = own.features[::20]
+    plain = logits(shipped_ratios(), features.reshape(-1, features.shape[2])).reshape(features.shape[:2])
+    off = np.abs(ratios_of(features, shipped_ratios()) - plain)
+    assert np.median(off) < 1e-5
+    assert np.quantile(off, 0.95) < 0.5
+
+
+def test_shipped_file():
+    """The same trees give the same bytes."""
+    assert ratios_to_bytes(shipped_ratios()) == ratios_to_bytes(shipped_ratios()._replace())
+
+
+def test_habits_are_learned():
+    """Windows that say nothing get the option that the robot has in such windows elsewhere."""
+    tells = np.array([[4.0, 0.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0]] * 25)
+    cell = np.array([0, 1, 0, 1] * 25)
+    found = by_habits(tells, cell, np.zeros(2, dtype=np.int64), SETTINGS.model_copy(update={"evidence": 1.0}))
+    assert found[2, 0] > 0.9
+    assert found[3, 1] > 0.9
+
+
+def test_rare_cells_have_the_habits_of_the_role():
+    """A cell that was seen once does not decide by itself."""
+    tells = np.array([[2.0, 0.0]] * 50 + [[0.0, 0.5]])
+    cell = np.array([0] * 50 + [1])
+    found = by_habits(tells, cell, np.zeros(2, dtype=np.int64), SETTINGS)
+    assert found[50, 0] > 0.5
+    alone = by_habits(tells, cell, np.array([0, 1]), SETTINGS)
+    assert alone[50, 1] > 0.5
+
+
+def test_windows_of_stretches():
+    """Windows follow each other from the start of each stretch of play; one without the ball is left out."""
+    segment = np.array([0] * 8 + [-1] * 2 + [1] * 7)
+    seen = np.ones(17, dtype=np.bool_)
+    assert starts(segment, seen, 3).tolist() == [0, 3, 10, 13]
+    seen[4] = False
+    assert starts(segment, seen, 3).tolist() == [0, 10, 13]
+
+
+def test_quick_recordings_are_thinned(table):
+    """Samples are no closer than they need be, and the first of each stretch of play is kept."""
+    every, kept = bodies(table, 1 / 60), bodies(table, 1 / 30)
+    assert kept.frame_s == pytest.approx(2 * every.frame_s)
+    firsts = [table.filter(pl.col("segment") == segment)["t_ns"].min() for segment in table["segment"].drop_nulls().unique()]
+    assert set(firsts) <= set(kept.t_ns.tolist())
