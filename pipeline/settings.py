@@ -118,6 +118,7 @@ class OptionSettings(Frozen):
     """How options are recovered from motion (``pipeline.stages.options``).
 
     Attributes:
+        recover: whether they are recovered; it costs twice as much as all other stages of a match together.
         window_s: length of a window: the time between two decisions of a team that thinks fast.
         sample_s: time between the samples that are looked at; of a quicker recording some are passed over.
         wheel_speed, wheel_acceleration, axle: limits of robots, m/s, m/s² and metres; by default as in the
@@ -126,6 +127,7 @@ class OptionSettings(Frozen):
         evidence: windows that the habits of a robot's role count for in each cell of what it sees.
     """
 
+    recover: bool = False
     window_s: float = Field(default=0.2, gt=0)
     sample_s: float = Field(default=1 / 30, gt=0)
     wheel_speed: float = Field(default=1.2, gt=0)
@@ -479,6 +481,12 @@ class Settings(Frozen):
     behaviours: BehaviourSettings = BehaviourSettings()
     knowledge: KnowledgeSettings = KnowledgeSettings()
     policies: PolicySettings = PolicySettings()
+
+    @model_validator(mode="after")
+    def _imitation_has_options(self) -> Self:
+        if self.policies.learner == "imitation" and not self.options.recover:
+            raise ValueError("the learner imitation needs options: set recover = true in the table options")
+        return self
 
     @property
     def sequences(self) -> GramSettings:

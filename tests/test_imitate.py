@@ -11,7 +11,13 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.settings import ImitationSettings, PolicySettings, Settings, SideSettings
+from pitchlore.pipeline.settings import (
+    ImitationSettings,
+    OptionSettings,
+    PolicySettings,
+    Settings,
+    SideSettings,
+)
 from pitchlore.pipeline.stages.policies.imitate import habits, imitate
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Clues, Policies
@@ -88,7 +94,8 @@ def test_run_and_play(copied):
     """A run of a finished folder with the learner gives a policy that plays, and decides in each window."""
     imitation = ImitationSettings(rounds=1, trees=5)
     report = run(copied, settings=Settings(
-        sides=SideSettings(teams=("blue",)), policies=PolicySettings(learner="imitation", imitation=imitation)))
+        sides=SideSettings(teams=("blue",)), options=OptionSettings(recover=True),
+        policies=PolicySettings(learner="imitation", imitation=imitation)))
     assert report.failures == {}
     policies: dict[str, PolicyTables] = {}
     team = entrant(Store(copied), "learned", policies).settings

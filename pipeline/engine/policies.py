@@ -128,8 +128,11 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     if settings.learner == "imitation":
         from pitchlore.pipeline.stages.policies.imitate import imitate  # noqa: PLC0415 (see pipeline.engine.stages)
 
-        clues = (table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left")
-                 for table in inputs.batches("options", Clues))
+        clues = [Clues.empty()]
+        for table in inputs.batches("options", Clues):
+            clues.append(table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left"))
+            if sum(map(len, clues)) >= settings.imitation.windows_at_most:
+                break
         seen, appraisals = imitate(pl.concat(clues), settings.imitation, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
     policy, report = train(

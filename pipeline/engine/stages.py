@@ -107,6 +107,8 @@ def _options(inputs: Inputs, settings: OptionSettings) -> Made:
     from pitchlore.pipeline.stages.options.likelihood import shipped_ratios  # noqa: PLC0415 (see above)
     from pitchlore.pipeline.stages.options.recover import options  # noqa: PLC0415 (see above)
 
+    if not settings.recover:
+        return Made([(Options.empty(), Options), (Clues.empty(), Clues)], details={"options": 0})
     decided = inputs.details("matches").get("decisions") != 0
     found, clues = options(
         inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(),

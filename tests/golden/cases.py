@@ -37,6 +37,7 @@ from pitchlore.pipeline.settings import (
     EventSettings,
     ModelSettings,
     MomentSettings,
+    OptionSettings,
     Settings,
     TrajectorySettings,
 )
@@ -62,6 +63,8 @@ from pitchlore.schemas import (
     Trajectories,
 )
 
+#: Settings of all stages: the usual ones, but for what is off.
+SETTINGS = Settings(options=OptionSettings(recover=True))
 HERE = Path(__file__).parent
 #: Where the version of a stage is raised.
 PLACES = {"arena": "pipeline/arena/__init__.py"}
@@ -140,7 +143,7 @@ def _log(start_s: float, end_s: float) -> MatchLog:
 def _data() -> tempfile.TemporaryDirectory[str]:
     """A data folder after all stages over the clip; it goes with the process."""
     folder = tempfile.TemporaryDirectory(prefix="golden-")
-    store, settings = Store(Path(folder.name)), Settings()
+    store, settings = Store(Path(folder.name)), SETTINGS
     file = store.root / "clip.csv"  # its bytes do not depend on how Parquet is written
     clip(*CLIP).write_csv(file)
     import_recording(store, Recording(file=file))
@@ -163,7 +166,7 @@ def chain(noun: str) -> Golden:
     return Golden(
         "\n\n".join(f"{name} {schema.tag()}, {table.height} rows\n{_csv(_shown(table, schema))}"
                     for (name, schema), table in tables.items()),
-        {noun: stage.version}, {} if stage.compute is None else stage.settings(Settings()).model_dump(mode="json"),
+        {noun: stage.version}, {} if stage.compute is None else stage.settings(SETTINGS).model_dump(mode="json"),
         inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in stage.inputs if STAGES[source].schemas)),
         content=_digest(*map(_csv, tables.values())),
     )
