@@ -72,12 +72,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """A file's tests share fixtures, so a worker takes whole files, and all files that need Prefect's server at once."""
+    """A file's tests share fixtures, so a worker takes whole files, and all files that need Prefect's server at once.
+
+    So it does with files that compile what recovers options, ten seconds of work.
+    """
     from xdist.scheduler import LoadFileScheduling
 
     @cache
     def scope(path: str) -> str:
-        return "prefect" if "prefect_server" in (ROOT / path).read_text(encoding="utf-8") else path
+        text = (ROOT / path).read_text(encoding="utf-8")
+        together = {"prefect_server": "prefect", "stages.options": "options"}
+        return next((name for word, name in together.items() if word in text), path)
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:

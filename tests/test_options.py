@@ -11,12 +11,11 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.pipeline.matches.frame import MatchLog
-from pitchlore.pipeline.numbers.trees import logits
 from pitchlore.pipeline.settings import OptionSettings, TrajectorySettings
 from pitchlore.pipeline.stages.options.habits import by_habits
 from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes, shipped_ratios
-from pitchlore.pipeline.stages.options.recover import options, ratios_of
-from pitchlore.pipeline.stages.options.windows import bodies, starts, windows_of
+from pitchlore.pipeline.stages.options.recover import options
+from pitchlore.pipeline.stages.options.windows import bodies, starts
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import ROLES, Appraisals, Clues, Options, Policies
 from pitchlore.schemas.options import OPTIONS
@@ -112,17 +111,6 @@ def test_other_leagues(table, kind):
 def test_options_that_there_are():
     """All codes that robots can do but moves randomly."""
     assert (*OPTIONS, MOVES_RANDOMLY) == CODES
-
-
-def test_alike_options_share_a_ratio(log, table):
-    """The ratio of each option is the trees' for its features."""
-    match = bodies(table, SETTINGS.sample_s)
-    own = windows_of(match, 0, log.info.pitch, SETTINGS)
-    features = own.features[::20]
-    plain = logits(shipped_ratios(), features.reshape(-1, features.shape[2])).reshape(features.shape[:2])
-    off = np.abs(ratios_of(features, shipped_ratios()) - plain)
-    assert np.median(off) < 1e-5
-    assert np.quantile(off, 0.95) < 0.5
 
 
 def test_shipped_file():

@@ -1,9 +1,16 @@
 """The study of options runs: its ratios, its classes, its table."""
 
 import polars as pl
-from options import alike, shipped, study
+import pytest
+from options import alike, dealt, shipped, study
 
 from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes, shipped_ratios
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """This process compiles; those of the study find it."""
+    dealt.rows(dealt.Job(1, noisy=False, every=1, seconds=2.0))
 
 
 def test_ratios(tmp_path):

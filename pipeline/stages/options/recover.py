@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
 from pitchlore.pipeline.game.tactics.executors.actions import (
@@ -16,16 +15,14 @@ from pitchlore.pipeline.game.tactics.executors.actions import (
     VERB,
 )
 from pitchlore.pipeline.numbers.arrays import F32, I8, I16, I64
-from pitchlore.pipeline.numbers.trees import Trees, leaf
+from pitchlore.pipeline.numbers.trees import Trees, logits
 from pitchlore.pipeline.settings import OptionSettings
 from pitchlore.pipeline.stages.options.habits import by_habits
-from pitchlore.pipeline.stages.options.windows import OWN, Bodies, OptionWindows, bodies, windows_of
+from pitchlore.pipeline.stages.options.windows import Bodies, OptionWindows, bodies, windows_of
 from pitchlore.schemas import ROLES, SIDES, Clues, Options
 from pitchlore.schemas.options import OPTIONS
 from pitchlore.schemas.sights import SIGHT
 
-#: Options whose features differ by no more than this in a window are looked at once, m/s.
-_ALIKE = 0.01
 #: OptionWindows that are looked at together: their features take some 15 MiB.
 _TOGETHER = 2_000
 #: Cells of what is seen within a role: the ball's distance, whether the robot is behind it, the third of the
@@ -72,31 +69,12 @@ def options(
 
 
 def ratios_of(features: F32, trees: Trees) -> F32:
-    """Logarithms of ratios, float32 [W, A], from float32 [W, A, F]; options that drive alike share one."""
-    out = np.empty(features.shape[:2], dtype=np.float32)
-    _rate(features, trees, out)
-    return out
+    """Logarithms of ratios, float32 [W, A], from float32 [W, A, F].
 
-
-@njit(cache=True, nogil=True)
-def _rate(features: F32, trees: Trees, out: F32) -> None:
-    for window in range(len(features)):
-        for option in range(features.shape[1]):
-            own, same = features[window, option], -1
-            for earlier in range(option):
-                before, off = features[window, earlier], 0.0
-                for number in range(OWN):
-                    off = max(off, abs(before[number] - own[number]))
-                if off <= _ALIKE:
-                    same = earlier
-                    break
-            if same >= 0:
-                out[window, option] = out[window, same]
-                continue
-            total = trees.base[0]
-            for root in trees.start:
-                total += leaf(trees, root, own)
-            out[window, option] = total
+    To look at options that drive alike once only was slower than to look at all, a tree after the other.
+    """
+    flat = logits(trees, features.reshape(-1, features.shape[2]))
+    return flat.reshape(features.shape[:2]).astype(np.float32)
 
 
 def cells_of(sight: F32, role: I64, pitch: Pitch) -> tuple[I64, I64]:

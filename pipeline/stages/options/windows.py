@@ -31,8 +31,8 @@ _NEAREST = 2
 _SHARED = 3 * (PARTS + 1) + 2 + 4 * _NEAREST + 4 + 4 + 2
 #: Numbers that describe an option in it, the first of all: speeds and turns of its rims at the ends of parts,
 #: mean commands, differences.
-OWN = 2 * PARTS + 2 + 2 * PARTS
-FEATURES = OWN + _SHARED
+_OWN = 2 * PARTS + 2 + 2 * PARTS
+FEATURES = _OWN + _SHARED
 #: A wall that is further than this is as far, metres.
 _FAR = 0.5
 #: Columns of a body in the table trajectories.
@@ -273,7 +273,7 @@ def describe(
                 out[option, off + 1] = out[option, at + 1] - shared[3 * part + 1]
                 part += 1
         out[option, 2 * PARTS], out[option, 2 * PARTS + 1] = mean, turn
-        out[option, OWN:] = shared
+        out[option, _OWN:] = shared
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
