@@ -100,14 +100,14 @@ def executed(log: MatchLog, match: Bodies, own: OptionWindows, team: int) -> I64
         if mine.is_empty():
             continue
         code = np.array([place.get((name or "").rpartition("-")[2], -1) for name in mine["behaviour_id"]])
-        windows_of = np.flatnonzero(own.robot == row)
+        his = np.flatnonzero(own.robot == row)
         # the command of a frame shows in the next
         made_ns = mine["t_ns"].to_numpy()
-        first, last = (np.searchsorted(made_ns, match.t_ns[own.first[windows_of] + shift], side="right") - 1
+        first, last = (np.searchsorted(made_ns, match.t_ns[own.first[his] + shift], side="right") - 1
                        for shift in (0, own.samples - 1))
         same = (first >= 0) & np.array([code[a] == code[b] and (code[a:b + 1] == code[a]).all()
                                         for a, b in zip(first, last, strict=True)])
-        found[windows_of] = np.where(same, code[np.maximum(first, 0)], -1)
+        found[his] = np.where(same, code[np.maximum(first, 0)], -1)
     return found
 
 

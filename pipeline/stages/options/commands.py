@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, Records, see
+from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, Records
 from pitchlore.pipeline.game.tactics import executors
 from pitchlore.pipeline.game.tactics.executors.actions import ACTION
 from pitchlore.pipeline.game.tactics.roles import assign
@@ -33,39 +33,37 @@ class Commanded(NamedTuple):
     aims: I8
 
 
-def commanded(bodies: F64, begins: Bools, team: int, packed: Records) -> Commanded:
+def commanded(views: F64, begins: Bools, packed: Records) -> Commanded:
     """Run all executors at each sample of a match.
 
     Args:
-        bodies: float64 [T, 1 + 2 N, 6] in the pitch frame, home attacks +x; NaN where a body is not seen.
+        views: float64 [T, 1 + 2 N, 6], bodies as the team sees them; NaN where a body is not seen.
         begins: bool [T], samples at which executors start anew: the first of each window.
-        team: 0 home, 1 away.
         packed: ``Measures.packed()``; its ``frame_s`` is the time between samples.
 
     Returns:
         The commands of the team's robots.
     """
-    samples, robots = len(bodies), (bodies.shape[1] - 1) // 2
+    samples, robots = len(views), (views.shape[1] - 1) // 2
     wheels = np.full((samples, robots, len(OPTIONS), 2), np.nan, dtype=np.float32)
     rims = np.full((samples, robots, 2), np.nan)
     aims = np.full((samples, robots, len(OPTIONS)), -1, dtype=np.int8)
     own = np.zeros((robots, len(OPTIONS)), dtype=ACTION)
-    _run(bodies, begins, team, packed, own, seeded(np.random.default_rng(0)), wheels, rims, aims)
+    _run(views, begins, packed, own, seeded(np.random.default_rng(0)), wheels, rims, aims)
     return Commanded(wheels, rims, aims)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _run(
-    bodies: F64, begins: Bools, team: int, packed: Records, own: Records, splitmix: SplitMix, wheels: F32,
-    rims: F64, aims: I8,
+    views: F64, begins: Bools, packed: Records, own: Records, splitmix: SplitMix, wheels: F32, rims: F64,
+    aims: I8,
 ) -> None:  # fmt: skip
     m = packed[0]
     robots = own.shape[0]
-    view = np.empty(bodies.shape[1:])
     roles = np.empty(2 * robots, dtype=np.int64)
     driven = np.zeros((robots, 2))
-    for t in range(len(bodies)):
-        see(bodies[t], team, 1.0 if team == 0 else -1.0, view)
+    for t in range(len(views)):
+        view = views[t]
         assign(view, m, roles)
         for robot in range(1, robots + 1):
             if math.isnan(view[robot, THETA] + view[robot, VX]):

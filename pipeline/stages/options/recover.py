@@ -23,8 +23,6 @@ from pitchlore.schemas import ROLES, SIDES, Clues, Options
 from pitchlore.schemas.options import OPTIONS
 from pitchlore.schemas.sights import SIGHT
 
-#: OptionWindows that are looked at together: their features take some 15 MiB.
-_TOGETHER = 2_000
 #: Cells of what is seen within a role: the ball's distance, whether the robot is behind it, the third of the
 #: pitch that it is in, whether a team-mate is nearer.
 _CELLS = (4, 2, 3, 2)

@@ -141,10 +141,8 @@ def windows_of(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings)
     at = starts(match.segment, ~np.isnan(match.places[:, BALL, X]), samples)
     begins = np.zeros(len(match.t_ns), dtype=np.bool_)
     begins[at] = True
-    told = commanded(match.places, begins, team, packed)
-    views = np.empty_like(match.places)
-    for t in range(len(views)):
-        see(match.places[t], team, 1.0 if team == 0 else -1.0, views[t])
+    views = _views(match.places, team)
+    told = commanded(views, begins, packed)
     unseen = np.cumsum(np.isnan(told.rims[:, :, 0]), axis=0)
     lost = np.concatenate([np.zeros((1, unseen.shape[1]), dtype=unseen.dtype), unseen])
     first, robot = np.nonzero(lost[at + samples + 1] == lost[at])
@@ -157,6 +155,15 @@ def windows_of(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings)
         views, told.rims, told.wheels, robot, first, samples, match.noise, settings.wheel_acceleration,
         packed, features, sight, role)
     return OptionWindows(first, samples, robot, role, features, sight, told.aims[first, robot - 1])
+
+
+@njit(cache=True, nogil=True)
+def _views(places: F64, team: int) -> F64:
+    """Bodies at all samples as a team sees them, float64 [T, 1 + 2 N, 6]."""
+    out = np.empty_like(places)
+    for t in range(len(places)):
+        see(places[t], team, 1.0 if team == 0 else -1.0, out[t])
+    return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
