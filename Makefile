@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options \
+.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -66,8 +66,12 @@ demo: $(PRODUCT)  ## a recording and three played matches become knowledge and a
 demo-learners: $(PRODUCT)  ## a quick look at section 5 of the paper: its learners and their peers
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
-test: $(READY) .venv-counterparts/.ready lint  ## lint, types, import contracts, tests
+test: $(READY) .venv-counterparts/.ready  ## lint, types, import contracts, tests
+	@$(MAKE) --no-print-directory --jobs=2 lint compiled
 	$(TESTS)
+
+compiled: $(READY)
+	PYTHONPATH=tests $(BIN)/python -m support.compiled
 
 quick: $(READY)  ## the unit tests: fast, without a Prefect server
 	$(TESTS) -m unit --ignore=tests/studies

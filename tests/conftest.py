@@ -50,15 +50,14 @@ LONG = {f"test_{name}.py" for name in (
     "importers_ssl_peer", "incremental", "paradigms", "query", "recovery", "schemas", "scout_maps", "scout_policies",
     "season_flow", "showing", "watch")}
 
-#: While a worker compiles what the arena needs, in this file's tests, the other compiles what the stages need.
-FIRST = "test_play.py"
+#: A folder in memory, for the temporary files of all tests if it has so many bytes of room: they wait for no disk.
+MEMORY, ROOM = "/dev/shm", 4 << 30
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put every test in its tier: slow where it says so or needs a whole run, prefect with a server, else unit.
 
-    The files come in the order of their longest tier, so that no worker is left with a long one in the end;
-    the first tests compile what the slow ones then find compiled.
+    The files come in the order of their longest tier, so that no worker is left with a long one in the end.
     """
     of_file: dict[Path, int] = {}
     for item in items:
@@ -68,21 +67,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         tier = "slow" if slow else "prefect" if "prefect_server" in needs else "unit"
         item.add_marker(tier)
         of_file[item.path] = min(TIERS.index(tier), of_file.get(item.path, len(TIERS)))
-    items.sort(key=lambda item: (item.path.name != FIRST, of_file[item.path]))
+    items.sort(key=lambda item: of_file[item.path])
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """A file's tests share fixtures, so a worker takes whole files, and all files that need Prefect's server at once.
+    """A file's tests share fixtures, so a worker takes whole files.
 
-    So it does with files that compile what recovers options, ten seconds of work.
+    One worker takes all files that need Prefect's server, and one all that need a browser.
     """
     from xdist.scheduler import LoadFileScheduling
 
     @cache
     def scope(path: str) -> str:
         text = (ROOT / path).read_text(encoding="utf-8")
-        together = {"prefect_server": "prefect", "stages.options": "options"}
-        return next((name for word, name in together.items() if word in text), path)
+        return next((word for word in ("prefect_server", "browser") if word in text), path)
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
@@ -99,6 +97,8 @@ def pytest_xdist_auto_num_workers() -> int:
 def pytest_configure(config: pytest.Config) -> None:
     """Give the session a folder that its processes share, and Prefect a home in it."""
     if not hasattr(config, "workerinput"):  # the session's first process: the others inherit its environment
+        if Path(MEMORY).is_dir() and shutil.disk_usage(MEMORY).free >= ROOM:
+            os.environ["TMPDIR"], tempfile.tempdir = MEMORY, None
         os.environ[FOLDER] = folder = tempfile.mkdtemp(prefix="pitchlore-tests-")
         os.environ["PREFECT_HOME"] = str(Path(folder) / "home")
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

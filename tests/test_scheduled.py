@@ -147,13 +147,13 @@ class Operated:
     """
 
     def __init__(self, folder: Path, api: str) -> None:
-        self.data, self._api = folder / "league", api
+        self.data, self._client = folder / "league", httpx.Client(base_url=api, timeout=180)
         self._file = folder / "prefect.yaml"
         said = yaml.safe_load((ROOT / "prefect.yaml").read_text())
         for deployment in said["deployments"]:
             deployment["parameters"]["data"] = str(self.data)
         self._file.write_text(yaml.safe_dump(said))
-        environment = {**os.environ, "PREFECT_API_URL": self._api, "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
+        environment = {**os.environ, "PREFECT_API_URL": api, "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
                        "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO"}
         self.process = subprocess.Popen(
             [sys.executable, "-c", PREFECT], env=environment, cwd=ROOT, text=True, start_new_session=True,
@@ -181,7 +181,7 @@ class Operated:
     def ask(self, method: str, path: str, body: Any = None, **params: str) -> Any:
         """The server's answer; while its database is written to it says 503, and on a loaded machine it is slow."""
         while True:
-            answer = httpx.request(method, f"{self._api}{path}", json=body, params=params, timeout=180)
+            answer = self._client.request(method, path, json=body, params=params)
             if answer.status_code != httpx.codes.SERVICE_UNAVAILABLE:
                 return answer.raise_for_status().json() if answer.content else None
             time.sleep(0.2)

@@ -27,6 +27,8 @@ FORMAT = "v1.0.0"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
+#: How the file is written. Hundreds of small statements take a third less without other threads and the optimizer.
+_WRITTEN = {"storage_compatibility_version": FORMAT, "threads": 1}
 _NOTHING = dict[str, str]()
 
 
@@ -61,7 +63,8 @@ def build(
 def _build(
     path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
 ) -> None:
-    with duckdb.connect(str(path), config={"storage_compatibility_version": FORMAT}) as connection:
+    with duckdb.connect(str(path), config=_WRITTEN) as connection:
+        connection.execute("pragma disable_optimizer")
         tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
         statements = [
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)",

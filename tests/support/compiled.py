@@ -1,0 +1,32 @@
+"""All that numba compiles, once: `make test` does it while the lint leaves a core idle.
+
+What the tests need is then found compiled. A test that needs more compiles it, as before.
+
+    PYTHONPATH=tests python -m support.compiled
+"""
+
+import os
+from itertools import pairwise
+from pathlib import Path
+
+import pitchlore
+from golden.cases import CASES
+from pitchlore.pipeline.arena.teams.table import SCRIPTED
+
+#: What says that all was compiled. The folder is named for the code of all that is compiled.
+MADE = Path(os.environ["NUMBA_CACHE_DIR"]) / "compiled"
+
+
+def main() -> None:
+    """Make the goldens, and play each scripted team; nothing is kept but what was compiled."""
+    if MADE.exists():
+        return
+    for make in CASES.values():
+        make()
+    for home, away in pairwise(SCRIPTED):
+        pitchlore.play(home, away, minutes=0.1)
+    MADE.touch()
+
+
+if __name__ == "__main__":
+    main()
