@@ -70,8 +70,10 @@ test: $(READY) .venv-counterparts/.ready  ## lint, types, import contracts, test
 	@$(MAKE) --no-print-directory --jobs=2 lint compiled
 	$(TESTS)
 
+# The first run of the tests finds compiled what takes long to compile: the lint leaves a core idle.
 compiled: $(READY)
 	PYTHONPATH=tests $(BIN)/python -m support.compiled
+	$(BIN)/python -m pytest --collect-only -qq >/dev/null
 
 quick: $(READY)  ## the unit tests: fast, without a Prefect server
 	$(TESTS) -m unit --ignore=tests/studies

@@ -143,17 +143,17 @@ class Operated:
 
     Args:
         folder: an empty folder.
-        api: address of the server's API.
+        client: asks the server's API.
     """
 
-    def __init__(self, folder: Path, api: str) -> None:
-        self.data, self._client = folder / "league", httpx.Client(base_url=api, timeout=180)
+    def __init__(self, folder: Path, client: httpx.Client) -> None:
+        self.data, self._client = folder / "league", client
         self._file = folder / "prefect.yaml"
         said = yaml.safe_load((ROOT / "prefect.yaml").read_text())
         for deployment in said["deployments"]:
             deployment["parameters"]["data"] = str(self.data)
         self._file.write_text(yaml.safe_dump(said))
-        environment = {**os.environ, "PREFECT_API_URL": api, "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
+        environment = {**os.environ, "PREFECT_API_URL": str(client.base_url).rstrip("/"), "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
                        "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO"}
         self.process = subprocess.Popen(
             [sys.executable, "-c", PREFECT], env=environment, cwd=ROOT, text=True, start_new_session=True,
@@ -222,16 +222,17 @@ class Operated:
 def operated(tmp_path, monkeypatch, prefect_server):
     """The server, and a recording of five seconds; of the deployments nothing is left."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    here = Operated(tmp_path, prefect_server)
-    (here.data / "inbox").mkdir(parents=True)
-    clip(0.0, 5.0).write_csv(here.data / "inbox" / "derby.csv")
-    try:
-        yield here
-    finally:
-        if here.process.poll() is None:
-            here.stop()
-    for left in here.ask("POST", "/deployments/filter", {}):
-        here.ask("DELETE", f"/deployments/{left['id']}")
+    with httpx.Client(base_url=prefect_server, timeout=180) as client:
+        here = Operated(tmp_path, client)
+        (here.data / "inbox").mkdir(parents=True)
+        clip(0.0, 5.0).write_csv(here.data / "inbox" / "derby.csv")
+        try:
+            yield here
+        finally:
+            if here.process.poll() is None:
+                here.stop()
+        for left in here.ask("POST", "/deployments/filter", {}):
+            here.ask("DELETE", f"/deployments/{left['id']}")
 
 
 @pytest.mark.slow

@@ -9,8 +9,9 @@ import os
 from itertools import pairwise
 from pathlib import Path
 
-import pitchlore
 from golden.cases import CASES
+
+import pitchlore
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 
 #: What says that all was compiled. The folder is named for the code of all that is compiled.
