@@ -28,7 +28,8 @@ FORMAT = "v1.0.0"
 TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
 #: One thread, and no optimizer, write hundreds of small statements in two thirds of the time.
-_WRITTEN = {"storage_compatibility_version": FORMAT, "threads": 1}
+_WRITTEN: dict[str, str | bool | int | float | list[str]] = {
+    "storage_compatibility_version": FORMAT, "threads": 1}
 _NOTHING = dict[str, str]()
 
 
