@@ -4,8 +4,8 @@ import numpy as np
 import polars as pl
 import pytest
 from harness import settings_of
+from support.openings import CODES, M, openings, perform, splitmix, view_of
 from support.played import logged, policy, starting
-from support.toy_scenes import CODES, M, openings, perform, splitmix, view_of
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.controllers import LearnedController, PolicyTables, controller_of

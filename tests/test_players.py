@@ -7,14 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from support.toy_pitch import FRAME_S, kick_off, step
-from support.toy_scenes import ROBOTS, VSSS, M, driven, mirrored, splitmix, view_of, views
+from support.openings import FRAME_S, VSSS, M, driven, mirrored, splitmix, view_of, views
+from support.played import starting
 
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.physics.settings import PhysicsSettings
 from pitchlore.pipeline.arena.teams import human_like, moving_randomly, static
 from pitchlore.pipeline.arena.teams.people import People
 from pitchlore.pipeline.arena.teams.table import SCRIPTED, TEAMS
-from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y, see
+from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.game.tactics.ball import coming, has_ball, soon, spin
 from pitchlore.pipeline.game.tactics.executors.actions import ACTION
@@ -233,23 +235,11 @@ class TestGoalkeeping:
 
 
 def match(home, away, seed, seconds=60.0):
-    """Goals of home and away in the toy world, with kick-offs after goals and where the ball rests for 5 s."""
-    rng = np.random.default_rng(seed)
-    scripts = (TEAMS[home].script, TEAMS[away].script)
-    teams = [(script.play, script.new_memory(ROBOTS, M, rng, People()), seeded(rng)) for script in scripts]
-    wheels, speeds, view = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros((7, 6))
-    bodies, goals, rest, at = kick_off(ROBOTS, rng), [0, 0], 0, np.zeros(2)
-    for _ in range(round(seconds / FRAME_S)):
-        for side, (play, memory, chance) in enumerate(teams):
-            see(bodies, side, 1.0 - 2.0 * side, view)
-            play(view, PACKED, chance, wheels[3 * side : 3 * side + 3], *memory)
-        goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
-        rest, at = (rest + 1, at) if np.hypot(*(bodies[0, :2] - at)) < 0.05 else (0, bodies[0, :2].copy())
-        if goal:
-            goals[goal < 0] += 1
-        if goal or rest > 5 / FRAME_S:
-            bodies, rest = kick_off(ROBOTS, rng), 0
-    return goals
+    """Goals of home and away."""
+    played = starting(Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+                             referee=RefereeSettings(duration_s=seconds)), logged=False)
+    played.advance(round(seconds / FRAME_S) + 1)
+    return played.score
 
 
 class TestTeams:

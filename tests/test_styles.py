@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from support.toy_pitch import step
-from support.toy_scenes import M, mirrored, splitmix, view_of, views
+from support.openings import M, driven, mirrored, splitmix, view_of, views
 
 from pitchlore.pipeline.arena.teams import counter, pressing, static
 from pitchlore.pipeline.arena.teams.people import People
@@ -22,13 +21,10 @@ def memory_of(script):
     return script.new_memory(3, M, np.random.default_rng(0), People())
 
 
-def film(script, bodies, frames, *, memory=None, ball_rests=False):
+def film(script, bodies, frames, *, ball_rests=False):
     """Let three robots play against three that stand; the bodies are changed. Yields after each frame."""
-    memory, speeds, wheels = memory or memory_of(script), np.zeros((6, 2)), np.zeros((6, 2))
-    for _ in range(frames):
-        script.play(bodies, PACKED, splitmix(), wheels[:3], *memory)
-        rest = bodies[BALL].copy()
-        step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+    memory, rest = memory_of(script), bodies[BALL].copy()
+    for _ in driven(bodies, frames, lambda wheels: script.play(bodies, PACKED, splitmix(), wheels[:3], *memory)):
         if ball_rests:
             bodies[BALL] = rest
         yield bodies
@@ -87,7 +83,7 @@ def test_pass():
     """With the ball won and the way open, the ball goes to the teammate ahead; with an adversary in it, it does not."""
     to_mate = []
     for blocker in ((0.1, -0.5, 0.0), (0.02, 0.11, 0.0)):
-        bodies = view_of(KEEPER, (-0.27, -0.1, 0.6), (0.24, 0.25, 0.0), ball=(-0.2, -0.05, 0, 0))
+        bodies = view_of(KEEPER, (-0.27, -0.1, 0.6), (0.3, 0.3, 0.0), ball=(-0.2, -0.05, 0, 0))
         bodies[4:7, :3] = blocker, (0.5, -0.5, 0.0), (0.7, 0.0, 0.0)
         away = min(math.hypot(*(last[3, :2] - last[BALL, :2])) for last in film(counter, bodies, 75))
         to_mate.append(away)

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from support.toy_scenes import view_of
+from support.openings import view_of
 from support.watched import Watched
 
 from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of

@@ -6,12 +6,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from support.toy_scenes import BY_CHANCE, CODES, ROBOTS, VSSS, M, filmed, openings, splitmix
+from support.openings import BY_CHANCE, CODES, VSSS, filmed, openings, perform
 
-from pitchlore.pipeline.arena.physics.arena import Arena
-from pitchlore.pipeline.game.bodies import BALL, X, Y
-from pitchlore.pipeline.game.tactics import executors
-from pitchlore.pipeline.game.tactics.executors.actions import ACTION
 from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations.recognise import recognise
 
@@ -37,10 +33,9 @@ class Named(NamedTuple):
 def confusion() -> dict[int, Named]:
     """For each executed code, what the recogniser called it."""
     films, labels = [], []
-    arena = Arena(VSSS, ROBOTS)
     for code, chosen in openings(seed=2, each=EACH).items():
         for scene, roles, seed in chosen:
-            track = film(arena, scene, roles, code, seed)
+            track, _ = perform(scene, roles, code, seed)
             if len(track) > 1:  # nothing is seen in one frame
                 films.append(track)
                 labels.append(code)
@@ -56,22 +51,6 @@ def confusion() -> dict[int, Named]:
         before.last[next((code for code in reversed(codes) if code != BY_CHANCE), BY_CHANCE)] += 1
         named[label] = before._replace(count=before.count + 1)
     return named
-
-
-def film(arena: Arena, scene: np.ndarray, roles: np.ndarray, code: int, seed: int) -> np.ndarray:
-    """The robot of row 1 executes a code in the arena while the others brake: bodies, [F, 7, 6]."""
-    arena.place(scene)
-    wheels, memory, chance, track = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=ACTION)[0], splitmix(seed), []
-    bodies = arena.bodies
-    executors.start(code, 1, bodies, roles, M, chance, memory)
-    over = False
-    while not over:
-        over = executors.act(1, bodies, M, memory, wheels[:ROBOTS])
-        track.append(bodies.copy())
-        arena.frame(wheels)
-        if abs(bodies[BALL, X]) > M.goal_x and abs(bodies[BALL, Y]) < M.half_goal:
-            break
-    return np.array(track)
 
 
 def report() -> str:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import polars as pl
 from hypothesis import strategies as st
-from support.toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
+from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.game.tactics import executors
@@ -20,7 +20,8 @@ from pitchlore.pipeline.stages.situations.rules import RULES, Target
 from pitchlore.schemas import ROLES, Trajectories
 
 VSSS = PITCHES[Kind.VSSS]
-M = Measures.of(VSSS, top=1.2, axle=AXLE, acceleration=ACCELERATION, frame_s=FRAME_S)
+FRAME_S = 1 / 60
+M = Measures.of(VSSS, top=1.2, axle=0.071, acceleration=6.0, frame_s=FRAME_S)
 ROBOTS = 3
 # Codes whose initial condition is to have the ball; the one whose wheels are drawn anew with every action.
 HAVING = (1, 11, 21, 22, 23, 33)
@@ -169,11 +170,18 @@ def openings(seed, each):
 
 
 def driven(bodies, frames, drive):
-    """The goal of each of so many frames, for whose wheels [6, 2] ``drive`` is called; the bodies are changed."""
-    wheels, speeds = np.zeros((6, 2)), np.zeros((6, 2))
+    """The goal (+1, -1 at ±x, or 0) of each of so many frames in the arena, for whose wheels [6, 2] ``drive`` is called.
+
+    The bodies are changed; whoever changes them, too, puts them there.
+    """
+    arena, wheels = Arena(VSSS, ROBOTS), np.zeros((2 * ROBOTS, 2))
     for _ in range(frames):
+        if not np.array_equal(bodies, arena.bodies):
+            arena.place(bodies)
         drive(wheels)
-        yield step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+        bodies[:] = arena.frame(wheels)
+        x, y = bodies[BALL, [X, Y]]
+        yield int(np.sign(x)) if abs(x) > M.goal_x and abs(y) < M.half_goal else 0
 
 
 def perform(scene, roles, code, seed=0):
@@ -182,16 +190,17 @@ def perform(scene, roles, code, seed=0):
     Returns:
         The bodies at each frame, [F, 7, 6], and whether the action was over, not the play by a goal.
     """
-    bodies, track = scene.copy(), []
-    wheels, memory, chance = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=ACTION)[0], splitmix(seed)
-    forward = bodies[1:, VX] * np.cos(bodies[1:, THETA]) + bodies[1:, VY] * np.sin(bodies[1:, THETA])
-    speeds = np.stack([forward, forward], axis=1)
-    executors.start(code, 1, bodies, roles, M, chance, memory)
-    for _ in range(round(LIMIT_S[code] / FRAME_S) + 1):
+    bodies, track, over, memory = scene.copy(), [], False, np.zeros(1, dtype=ACTION)[0]
+    executors.start(code, 1, bodies, roles, M, splitmix(seed), memory)
+
+    def drive(wheels):
+        nonlocal over
         over = executors.act(1, bodies, M, memory, wheels[:ROBOTS])
         assert np.abs(wheels).max() <= M.top + 1e-12
         track.append(bodies.copy())
-        if over or step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal) != 0:
+
+    for goal in driven(bodies, round(LIMIT_S[code] / FRAME_S) + 1, drive):
+        if over or goal:
             break
     return np.array(track), over
 
@@ -205,7 +214,7 @@ def filmed(tracks):
     for row in range(1 + 2 * ROBOTS):
         robot = row > 0
         rows.append(pl.DataFrame({
-            "match_id": "toy", "frame": np.arange(len(b)),
+            "match_id": "film", "frame": np.arange(len(b)),
             "t_ns": np.round(np.arange(len(b)) * FRAME_S * 1e9).astype(np.int64),
             "team": "ball" if not robot else ("home" if row <= ROBOTS else "away"), "robot": row if robot else None,
             "role": np.array(ROLES)[roles[:, row - 1]] if robot else [None] * len(b),
