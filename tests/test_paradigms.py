@@ -402,6 +402,12 @@ def test_default_runs():
     assert {s.curves[0].figure for s in sweeps(Design(figures=(6,)))} == {6}
 
 
+def test_policies_of_the_grid():
+    """Figure 6 has 4 learners, 16 penalties, 4 decays and 3 trainings; the paper's 960 policies need 5 decays."""
+    printed = [c for s in sweeps(Design(figures=(6,))) for c in s.curves if c.reading == "printed"]
+    assert sum(3 * len([*curve.points()]) for curve in printed) == 4 * 16 * 4 * 3 == 960 * 4 // 5
+
+
 def test_quick_design():
     """A quick design plays a few points of every curve of the paper's games."""
     def points(design):
