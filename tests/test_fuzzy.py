@@ -1,5 +1,6 @@
 """The fuzzy language: its terms are scikit-fuzzy's, its conditions mean what they say."""
 
+import ast
 from math import isnan, pi, sqrt
 
 import numpy as np
@@ -26,6 +27,9 @@ ALL_TERMS = [
     }[variable]]
     for name, term in terms.items()
 ]
+#: Values that signals have on a small pitch.
+DOMAINS = {
+    Variable.DISTANCE: (0, 1.2), Variable.ORIENTATION: (0, pi), Variable.BEARING: (0, pi), Variable.VELOCITY: (-1, 1)}
 
 
 def run(text: str, values: dict[str, list[float]], terms: dict[str, Trapezoid], macros=None) -> np.ndarray:
@@ -159,6 +163,42 @@ class TestConditions:
             texts, MACROS, names, lambda s, t: fuzzy.lines(terms[variable_of(s)][t])
         )
         assert len(code.outputs) == len(texts)
+
+    @pytest.mark.parametrize("rule", [rule for rule in RULES if rule.initial], ids=lambda rule: f"{rule.code} {rule.variant}")
+    def test_degrees_place_edges_alone(self, rule):
+        """A condition holds to the half exactly where tests of intervals do: degrees say where their edges lie, and no more."""
+        terms, rng = fuzzy.terms(SCALES[Kind.VSSS]), np.random.default_rng(0)
+        names = list(dict.fromkeys(signals.OWN + signals.OTHER))
+        values = {name: rng.uniform(*DOMAINS[variable_of(name)], 2_000) for name in names}
+
+        def holds(node: ast.expr, level: float, inside: bool = True) -> np.ndarray:
+            """Where the degree of a part is at least a level, or, outside, at most."""
+            match node:
+                case ast.BoolOp(op=op, values=parts):
+                    both = np.logical_and if isinstance(op, ast.And) == inside else np.logical_or
+                    return both.reduce([holds(part, level, inside) for part in parts])
+                case ast.UnaryOp(operand=part):
+                    return holds(part, 1 - level, not inside)
+                case ast.Call(args=[part]):
+                    return holds(part, sqrt(level), inside)
+                case ast.Compare(left=ast.Name(id=name), comparators=[of]):
+                    each = [part.id for part in getattr(of, "values", [of])]
+                    found = np.logical_or.reduce([between(values[name], terms[variable_of(name)][term], level) for term in each])
+                    return found if inside else ~found
+            return holds(ast.parse(MACROS[node.id], mode="eval").body, level, inside)
+
+        for text in filter(None, (rule.initial, rule.final)):
+            code = compile_conditions([text], MACROS, names, lambda s, t: fuzzy.lines(terms[variable_of(s)][t]))
+            registers = np.empty((code.registers, 2_000))
+            registers[: len(names)] = list(values.values())
+            execute(code.steps, code.lines, registers, 2_000)
+            assert np.array_equal(registers[code.outputs[0]] >= 0.5, holds(ast.parse(text, mode="eval").body, 0.5))
+
+
+def between(values: np.ndarray, term: Trapezoid, level: float) -> np.ndarray:
+    """Where values lie between the places at which a term rises and falls through a level."""
+    rises, falls = fuzzy.crossings(term, level)
+    return (values >= (-np.inf if rises is None else rises)) & (values <= (np.inf if falls is None else falls))
 
 
 class TestAngles:

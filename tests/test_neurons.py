@@ -13,18 +13,14 @@ from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.neurons import distances, neurons
 from pitchlore.pipeline.stages.behaviours.rounds import learn
 from pitchlore.pipeline.stages.behaviours.select import select
-from pitchlore.pipeline.stages.behaviours.som import SelfOrganisingMap
+from pitchlore.pipeline.stages.behaviours.som import map_of
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.schemas import Neurons
 
 
-def map_of(rows, columns, weights):
-    return SelfOrganisingMap(rows, columns, np.asarray(weights, dtype=np.float64), 0.5, 0.25)
-
-
 def test_by_hand():
     """Counts, means and distances of four neurons in two rows, one of them without grams."""
-    som = map_of(2, 2, [[0.0], [3.0], [4.0], [10.0]])
+    som = map_of(np.array([[[0.0], [3.0]], [[4.0], [10.0]]]), (0.5, 0.25))
     grams = pl.DataFrame({"count": [2, 3, 5], "value_sum": [1.0, 0.5, -2.0]})
     found = neurons(som, np.array([0, 0, 3]), grams, np.array([True, False, False, True]))
     assert Neurons.validate(found.with_columns(team=pl.lit("x"), kind=pl.lit("vsss"))).height == 4
@@ -37,7 +33,7 @@ def test_by_hand():
 
 def test_one_neuron_has_no_distance():
     """A map of one neuron has none to be far from."""
-    found = neurons(map_of(1, 1, [[5.0]]), np.array([0]), pl.DataFrame({"count": [1], "value_sum": [0.0]}), np.array([True]))
+    found = neurons(map_of(np.array([[[5.0]]])), np.array([0]), pl.DataFrame({"count": [1], "value_sum": [0.0]}), np.array([True]))
     assert found["distance"].to_list() == [None]
 
 
@@ -49,7 +45,7 @@ def test_distances_are_minisoms(rows, columns, seed):
     weights = np.random.default_rng(seed).uniform(1, 194, (rows * columns, 3))
     theirs = MiniSom(rows, columns, 3, random_seed=0)
     theirs._weights = weights.reshape(rows, columns, 3)
-    ours = distances(map_of(rows, columns, weights))
+    ours = distances(map_of(np.reshape(weights, (rows, columns, -1))))
     assert ours / ours.max() == pytest.approx(theirs.distance_map("mean").ravel())
 
 

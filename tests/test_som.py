@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from minisom import MiniSom
 
 from pitchlore.pipeline.stages.behaviours.som import (
-    SelfOrganisingMap,
     best_matching_units,
+    map_of,
     maps_to_bytes,
     train_map,
 )
@@ -62,8 +62,7 @@ def test_errors():
     """Errors and winners are those of MiniSom on every single sample."""
     raw, distinct, counts = drawn(400)
     ours = fit(distinct, counts)
-    theirs = MiniSom(3, 3, 4)
-    theirs.get_weights()[:] = ours.weights.reshape(3, 3, 4)
+    theirs = ours.grid
     assert ours.quantisation_error == pytest.approx(theirs.quantization_error(raw.astype(float)), rel=1e-9)
     assert ours.topographic_error == pytest.approx(theirs.topographic_error(raw.astype(float)), abs=1e-9)
     winners = [int(np.ravel_multi_index(theirs.winner(row), (3, 3))) for row in distinct]
@@ -125,5 +124,5 @@ def test_bytes_hold_no_clock(monkeypatch):
 
 def test_ties():
     """A tie goes to the lowest neuron."""
-    som = SelfOrganisingMap(1, 2, np.array([[0.0], [10.0]]), 0.0, 0.0)
+    som = map_of(np.array([[[0.0], [10.0]]]))
     assert best_matching_units(som, np.array([[5], [6]], dtype=np.int16)).tolist() == [0, 1]

@@ -12,7 +12,7 @@ import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -29,17 +29,39 @@ class SelfOrganisingMap:
     """A trained map. Neuron k lies in row ``k // columns`` and column ``k % columns``.
 
     Attributes:
-        rows, columns: size of the grid.
-        weights: float64 [rows * columns, n], a prototype gram each.
+        grid: the MiniSom that holds the weights.
         quantisation_error: mean distance of the samples to their best-matching unit.
         topographic_error: share of the samples whose best and second best units do not touch.
     """
 
-    rows: int
-    columns: int
-    weights: F64
+    grid: MiniSom
     quantisation_error: float
     topographic_error: float
+
+    @property
+    def weights(self) -> F64:
+        """The MiniSom's own weights, a prototype gram each, float64 [rows * columns, n]."""
+        held = self.grid.get_weights()  # type: ignore[no-untyped-call]
+        prototypes: F64 = held.reshape(-1, held.shape[2])
+        return prototypes
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the grid."""
+        return len(self.grid.get_weights())  # type: ignore[no-untyped-call]
+
+    @property
+    def columns(self) -> int:
+        """Number of columns of the grid."""
+        return len(self.weights) // self.rows
+
+
+def map_of(weights: F64, errors: tuple[float, float] = (0.0, 0.0)) -> SelfOrganisingMap:
+    """A map of weights, float64 [rows, columns, n], with its two errors."""
+    rows, columns, length = weights.shape
+    grid = MiniSom(rows, columns, length, random_seed=0)  # type: ignore[no-untyped-call]
+    grid.get_weights()[:] = weights  # type: ignore[no-untyped-call]
+    return SelfOrganisingMap(grid, *errors)
 
 
 def train_map(
@@ -66,18 +88,19 @@ def train_map(
     samples, which = np.unique(codes.astype(np.float64), axis=0, return_inverse=True)
     weight: F64 = np.zeros(len(samples))
     np.add.at(weight, which.ravel(), counts)
-    neurons = _first_weights(samples, weight, rows * columns, seed)
-    grid: Any = MiniSom(rows, columns, neurons.shape[1], random_seed=0)  # type: ignore[no-untyped-call]
+    som = map_of(_first_weights(samples, weight, rows * columns, seed).reshape(rows, columns, -1))
+    neurons = som.weights
     sigma_start = max(rows, columns, 2 * sigma_end) / 2
     for epoch in range(epochs):
         sigma = sigma_start * (sigma_end / sigma_start) ** (epoch / max(epochs - 1, 1))
-        near = np.stack([grid.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])
+        near = np.stack([
+            som.grid.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])  # type: ignore[no-untyped-call]
         sums, hits = _accumulate(samples, weight, neurons)
         _move(neurons, near, sums, hits)
     first, second, distance = _nearest(samples, neurons)
     gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
     return SelfOrganisingMap(
-        rows, columns, neurons,
+        som.grid,
         quantisation_error=float((weight * distance).sum() / weight.sum()),
         topographic_error=float((weight * (gap > 1)).sum() / weight.sum()),
     )
@@ -97,7 +120,7 @@ def maps_to_bytes(maps: Mapping[Label, SelfOrganisingMap]) -> bytes:
     labels = np.frombuffer(json.dumps(list(maps)).encode(), dtype=np.uint8)
     arrays: dict[str, npt.NDArray[np.generic]] = {"labels": labels}
     for m, som in enumerate(maps.values()):
-        arrays[f"weights_{m}"] = som.weights.reshape(som.rows, som.columns, som.weights.shape[1])
+        arrays[f"weights_{m}"] = som.weights.reshape(som.rows, som.columns, -1)
         arrays[f"errors_{m}"] = np.array([som.quantisation_error, som.topographic_error])
     out = io.BytesIO()
     np.savez(out, allow_pickle=False, **arrays)

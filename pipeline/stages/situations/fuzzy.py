@@ -1,8 +1,8 @@
 """The five fuzzy variables: scikit-fuzzy's trapezoids define every term (paper section 3.2.1, Figure 1).
 
 The figure's numbers are in no text that could be found; these are ours (docs/decisions/numbers.md).
-The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`). Tests
-compare them with :func:`membership`, scikit-fuzzy's own evaluation.
+The recogniser evaluates them as pairs of straight lines through scikit-fuzzy's degrees (:func:`lines`).
+Tests compare them with :func:`membership`, scikit-fuzzy's own evaluation.
 """
 
 from __future__ import annotations
@@ -160,10 +160,15 @@ def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float | None, float
 
 
 def lines(term: Trapezoid) -> Lines:
-    """The term as two straight lines, which need no branch.
+    """The term as two straight lines, which need no branch, through scikit-fuzzy's degrees at its corners.
 
     They equal :func:`membership` within 1e-9 on the variable's domain; a shoulder stays flat outside it.
     """
-    rise, up = (0.0, 1.0) if term.a == term.b else (1 / (term.b - term.a), -term.a / (term.b - term.a))
-    fall, down = (0.0, 1.0) if term.c == term.d else (-1 / (term.d - term.c), term.d / (term.d - term.c))
-    return Lines(rise, up, fall, down)
+    at_a, at_b, at_c, at_d = membership(term, term).tolist()
+
+    def line(x: float, at_x: float, y: float, at_y: float) -> tuple[float, float]:
+        if x == y:
+            return 0.0, 1.0
+        return (at_y - at_x) / (y - x), (at_x * y - at_y * x) / (y - x)
+
+    return Lines(*line(term.a, at_a, term.b, at_b), *line(term.c, at_c, term.d, at_d))
