@@ -159,7 +159,7 @@ def test_ssl() -> None:
 
 def test_cameras_as_in_a_log() -> None:
     """Whatever packets come together, four cameras' frames are those of the log; none waits for the next round."""
-    data = b"".join(ssl_long.long_log(1, robots=3))
+    data = ssl_long.long_log(1, robots=3)
     packets = [
         Packet(kind, received, batch.data[start:end].tobytes()) for batch in Container([data]).batches()
         for kind, (_, received), start, end in zip(

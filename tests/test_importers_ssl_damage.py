@@ -236,8 +236,7 @@ def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     peaks, frames = [], []
     for seconds in (45, 180):
         file = tmp_path / f"{seconds}.log"
-        with file.open("wb") as out:
-            out.writelines(long_log(seconds))
+        file.write_bytes(long_log(seconds))
         with Files(tmp_path).opened(file, megabytes=64) as data:
             source = open_source(data, file.name)
             tracemalloc.start()

@@ -30,7 +30,7 @@ WIRE = {
 
 @pytest.fixture(scope="module")
 def data():
-    return b"".join(long_log(SECONDS))
+    return long_log(SECONDS)
 
 
 @pytest.fixture(scope="module")

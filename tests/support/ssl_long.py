@@ -1,83 +1,46 @@
-"""Long SSL logs for benchmarks: cameras that overlap, bodies that move, written by columns.
+"""Long SSL logs: four cameras that overlap, and bodies that move; what is seen of them in a second is written once."""
 
-Every robot of a real log has the same fields, so that a packet is a slice of a table of bytes.
-"""
-
-import struct
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
+from support import ssl_messages as ssl
 from support.ssl_games import EPOCH
-from support.ssl_messages import VISION_2014, f64, header, integer, size, span, varint
 
 HZ = 75
 LENGTH, WIDTH = 12.0, 9.0
 #: What cameras see beyond the middle lines of the pitch, metres.
 _OVERLAP = 0.5
-_GEOMETRY = span(2, size(LENGTH, WIDTH, 1.8, 0.18))
-
-_BODY = [("confidence_tag", "u1"), ("confidence", "<f4")]
-_PIXELS = [("pixel_x_tag", "u1"), ("pixel_x", "<f4"), ("pixel_y_tag", "u1"), ("pixel_y", "<f4")]
-#: A robot as the league's software writes it, with the tag and length of the field that holds it.
-_ROBOT = np.dtype([
-    ("tag", "u1"), ("length", "u1"), *_BODY, ("id_tag", "u1"), ("id", "u1"), ("x_tag", "u1"), ("x", "<f4"),
-    ("y_tag", "u1"), ("y", "<f4"), ("theta_tag", "u1"), ("theta", "<f4"), *_PIXELS, ("height_tag", "u1"), ("height", "<f4"),
-])
-_ROBOT_TAGS = {"confidence_tag": 0x0D, "id_tag": 0x10, "x_tag": 0x1D, "y_tag": 0x25, "theta_tag": 0x2D,
-               "pixel_x_tag": 0x35, "pixel_y_tag": 0x3D, "height_tag": 0x45}
-_BALL = np.dtype([
-    ("tag", "u1"), ("length", "u1"), *_BODY, ("area_tag", "u1"), ("area", "u1"), ("x_tag", "u1"), ("x", "<f4"),
-    ("y_tag", "u1"), ("y", "<f4"), *_PIXELS,
-])
-_BALL_TAGS = {"confidence_tag": 0x0D, "area_tag": 0x10, "x_tag": 0x1D, "y_tag": 0x25, "pixel_x_tag": 0x35, "pixel_y_tag": 0x3D}
+_GEOMETRY = ssl.span(2, ssl.size(LENGTH, WIDTH, 1.8, 0.18))
 
 
-def _table(dtype: np.dtype[np.void], tags: dict[str, int], shape: tuple[int, ...]) -> npt.NDArray[np.void]:
-    """Messages of one kind, all with their tags."""
-    table = np.zeros(shape, dtype)
-    for name, tag in tags.items():
-        table[name] = tag
-    table["length"] = dtype.itemsize - 2
-    table["confidence"] = 0.9
-    return table
+def long_log(seconds: float, *, robots: int = 11) -> bytes:
+    """A log of so many seconds at ``HZ``: ``robots`` a side, a ball, geometry every 3 s.
 
-
-def long_log(seconds: float, *, cameras: int = 4, robots: int = 11, first: int = 0) -> Iterator[bytes]:
-    """A log of so many seconds at ``HZ``, in pieces; two or four cameras, ``robots`` a side, a ball, geometry every 3 s.
-
-    Bodies go round in ellipses; each detection has a noise of 2 mm.
+    Bodies go a second forth and a second back on ellipses; each detection has a noise of 2 mm.
     """
-    yield header()
-    for begin in range(first, round(seconds * HZ), HZ):
-        yield b"".join(_second(begin, min(begin + HZ, round(seconds * HZ)), cameras, robots))
+    seen = [list(_seen(frame, robots)) for frame in range(HZ)]
+    messages = []
+    for frame in range(round(seconds * HZ)):
+        for camera, bodies in enumerate(seen[min(frame % (2 * HZ), -(frame + 1) % (2 * HZ))]):
+            t = EPOCH + frame / HZ + camera * 0.001
+            content = ssl.span(1, ssl.integer(1, frame) + ssl.f64(2, t) + ssl.f64(3, t + 0.004) + ssl.integer(4, camera) + bodies)
+            content += _GEOMETRY * (frame % (3 * HZ) == 0)
+            messages.append(ssl.Message(round((t + 0.006) * 1e9), ssl.VISION_2014, content))
+    return ssl.log(messages)
 
 
-def _second(begin: int, end: int, cameras: int, robots: int) -> Iterator[bytes]:
-    frames = np.arange(begin, end)
-    rng = np.random.default_rng(begin)
-    body = np.arange(2 * robots + 1)
-    angle = frames[:, None] / HZ * (0.3 + 0.02 * body) + body
-    place = np.stack([np.cos(angle) * LENGTH / 2 * (0.3 + 0.3 * np.sin(body)), np.sin(angle) * WIDTH / 2 * (0.3 + 0.3 * np.cos(body))], -1)
-    shape = (cameras, *place.shape)
-    noisy = 1000 * place + rng.normal(0, 2, shape)
-    table = _table(_ROBOT, _ROBOT_TAGS, (cameras, len(frames), 2 * robots))
-    table["tag"][..., :robots], table["tag"][..., robots:] = 6 << 3 | 2, 7 << 3 | 2
-    table["id"] = np.tile(np.arange(robots), 2)
-    table["theta"] = np.angle(np.exp(1j * angle[:, 1:]))
-    table["x"], table["y"] = noisy[..., 1:, 0], noisy[..., 1:, 1]
-    balls = _table(_BALL, _BALL_TAGS, (cameras, len(frames)))
-    balls["tag"], balls["area"] = 5 << 3 | 2, 80
-    balls["x"], balls["y"] = noisy[..., 0, 0], noisy[..., 0, 1]
-    sides = [(sx, sy) for sx in (-1, 1) for sy in ((-1, 1) if cameras > 2 else (0,))]
-    for f, frame in enumerate(frames.tolist()):
-        for camera, (sx, sy) in enumerate(sides):
-            captured = EPOCH + frame / HZ + camera * 0.001
-            seen = (place[f, :, 0] * sx >= -_OVERLAP) & (place[f, :, 1] * sy >= -_OVERLAP)
-            content = integer(1, frame) + f64(2, captured) + f64(3, captured + 0.004) + integer(4, camera)
-            content += balls[camera, f].tobytes() if seen[0] else b""
-            content += table[camera, f][seen[1:]].tobytes()
-            packet = b"\x0a" + varint(len(content)) + content
-            if frame % (3 * HZ) == 0:
-                packet += _GEOMETRY
-            yield struct.pack(">qii", round((captured + 0.006) * 1e9), VISION_2014, len(packet)) + packet
+def _seen(frame: int, robots: int) -> Iterable[bytes]:
+    """What each camera sees."""
+    rng, body = np.random.default_rng(frame), np.arange(2 * robots + 1)
+    angle = frame / HZ * (0.3 + 0.02 * body) + body
+    x, y = np.cos(angle) * LENGTH / 2 * (0.3 + 0.3 * np.sin(body)), np.sin(angle) * WIDTH / 2 * (0.3 + 0.3 * np.cos(body))
+    for far in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        out = b""
+        for i in np.flatnonzero((x * far[0] >= -_OVERLAP) & (y * far[1] >= -_OVERLAP)).tolist():
+            place = x[i] + rng.normal(0, 0.002), y[i] + rng.normal(0, 0.002)
+            if i == 0:
+                out += ssl.span(5, ssl.detected_ball(ssl.Seen(*place)))
+            else:
+                team, number = divmod(i - 1, robots)
+                out += ssl.span(6 + team, ssl.detected_robot(ssl.Seen(*place, number, np.angle(np.exp(1j * angle[i])))))
+        yield out

@@ -53,12 +53,14 @@ class Seen(NamedTuple):
     confidence: float | None = 0.9
 
 
-def _ball(ball: Seen) -> bytes:
+def detected_ball(ball: Seen) -> bytes:
+    """A ball that a camera saw."""
     return (f32(1, ball.confidence) + integer(2, 80) + f32(3, ball.x * 1000) + f32(4, ball.y * 1000)
             + f32(6, 320.0) + f32(7, 240.0))
 
 
-def _robot(robot: Seen) -> bytes:
+def detected_robot(robot: Seen) -> bytes:
+    """A robot that a camera saw."""
     return (f32(1, robot.confidence) + integer(2, robot.number) + f32(3, robot.x * 1000) + f32(4, robot.y * 1000)
             + f32(5, robot.theta) + f32(6, 320.0) + f32(7, 240.0) + f32(8, 140.0))
 
@@ -69,9 +71,9 @@ def vision(
 ) -> bytes:
     """A vision packet with a frame of one camera, captured at ``t`` seconds, and perhaps geometry."""
     frame = integer(1, number) + f64(2, t) + f64(3, t + 0.005 if sent is None else sent) + integer(4, camera)
-    frame += b"".join(span(5, _ball(ball)) for ball in balls)
-    frame += b"".join(span(6, _robot(robot)) for robot in yellow)
-    frame += b"".join(span(7, _robot(robot)) for robot in blue)
+    frame += b"".join(span(5, detected_ball(ball)) for ball in balls)
+    frame += b"".join(span(6, detected_robot(robot)) for robot in yellow)
+    frame += b"".join(span(7, detected_robot(robot)) for robot in blue)
     return span(1, frame) + span(2, geometry)
 
 
