@@ -9,6 +9,9 @@ import dataframely as dy
 
 from pitchlore.schemas.table import SIDES, SLUG, STAND_IN, Table, unit
 
+#: A goal within this time after the restart came of the penalty, s, both ends included.
+PENALTY_S = 5.0
+
 
 def word_of(team: str) -> str:
     """Name that commands accept for a team of the columns team and opponent."""
@@ -29,7 +32,7 @@ class Evaluations(Table):
     """
 
     NAME: ClassVar[str] = "evaluations"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
     SINCE: ClassVar[int] = 1
 
     evaluation = dy.String(regex=SLUG, description="team, opponent, and a hash of all but the seed")
@@ -49,3 +52,9 @@ class Evaluations(Table):
     played_s = dy.Float64(nullable=True, min=0, description="time of the team's decisions, added up over its robots; null for a scripted team, and in tables that were written without it", metadata=unit("s"))
     other_s = dy.Float64(nullable=True, min=0, description="time of its decisions for any other behaviour than moves randomly (194)", metadata=unit("s"))
     brief_actions = dy.Int64(nullable=True, min=0, description="its decisions that lasted two frames or fewer")
+    fouls_for = dy.Int16(nullable=True, min=0, description="penalties and goal kicks that the team took after a foul; null in tables that were written without it", metadata=unit("restarts"))
+    fouls_against = dy.Int16(nullable=True, min=0, description="penalties and goal kicks that the opponent took after a foul; null likewise", metadata=unit("restarts"))
+    penalties_for = dy.Int16(nullable=True, min=0, description="penalties that the team took; null likewise", metadata=unit("penalties"))
+    penalties_against = dy.Int16(nullable=True, min=0, description="penalties that the opponent took; null likewise", metadata=unit("penalties"))
+    penalty_goals_for = dy.Int16(nullable=True, min=0, description=f"goals of the team within {PENALTY_S:g} s of its penalty, with no other restart between; null likewise", metadata=unit("goals"))
+    penalty_goals_against = dy.Int16(nullable=True, min=0, description=f"goals of the opponent within {PENALTY_S:g} s of its penalty, with no other restart between; null likewise", metadata=unit("goals"))

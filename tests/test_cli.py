@@ -91,6 +91,7 @@ def test_evaluate_output(call, tmp_path):
     code, out, _ = call(*words)
     assert code == 0
     assert "0 matches played now" in out
+    assert "Fouls a match: static took 0.0 restarts, 0.0 of them penalties; human-like took" in " ".join(out.split())
     assert "a second script" in out
     _, out, _ = call("sql", "select count(*) n from evaluations", "--json", "--data", tmp_path)
     assert json.loads(out) == [{"n": 2}]

@@ -10,11 +10,13 @@ from support.deeds import die_of_a_pair
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import TeamSettings, team_slug
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.physics.referee import RefereeEvent
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, WorkerLost
 from pitchlore.pipeline.engine import evaluations as flow
 from pitchlore.pipeline.engine.placement.processes import Processes
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.numbers.statistics import wilson
+from pitchlore.pipeline.stages import evaluations as stage
 from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation, Pair, results_of_pair, summarise
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Evaluations, Policies
@@ -82,6 +84,18 @@ def test_time_of_constant_team(tmp_path):
     found = summarise(results_of_pair(Pair(evaluation=whole, seed=1), policies))
     assert found.goal_difference.value < 0
     assert (found.learned_time.value, found.learned_share.value) == (1.0, 1.0)
+
+
+def test_fouls():
+    """A penalty is its taker's; its goal comes within 5 s, both ends included, before any other restart, and is its taker's."""
+    penalty, goal, kick = ("fault", "home", 0, 0, "penalty"), ("goal", "home", 1, 0, "goal"), ("fault", "away", 0, 0, "goal kick")
+    said = [(0, "kick-off", "home", 0, 0, "kick-off"), (9, "stop", None, 0, 0, "penalty: stuck ball"), (10, *penalty), (15, *goal),
+            (16, "kick-off", "away", 1, 0, "kick-off"), (17, *goal), (20, *penalty), (25.1, *goal), (30, *penalty), (31, *kick),
+            (32, *goal), (40, *penalty), (41, "goal", "away", 0, 1, "goal"), (50, "fault", None, 0, 0, "free ball")]
+    events = [RefereeEvent(round(second * 1e9), *rest) for second, *rest in said]
+    assert tuple(stage.fouls_of(events, "home").values()) == (4, 1, 4, 0, 1, 0)
+    assert tuple(stage.fouls_of(events, "away").values()) == (1, 4, 0, 4, 0, 1)
+    assert summarise(played((1, 0), (0, 2))).penalties_for is None
 
 
 def test_interval_bounds():

@@ -6,7 +6,7 @@ import json
 import polars as pl
 import pyarrow.parquet
 import pytest
-from support.seasons import season
+from support.seasons import evaluation, season
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.engine.catalog import refresh
@@ -21,7 +21,7 @@ from pitchlore.pipeline.store.receipts import FileRecord, Manifest
 from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, joined, to_parquet
 from pitchlore.pipeline.store.verification import verify
 from pitchlore.pipeline.store.work import Made
-from pitchlore.schemas import ROLES, Behaviours, Decisions, Games, Occasions, Patterns, Sides
+from pitchlore.schemas import ROLES, Behaviours, Decisions, Evaluations, Games, Occasions, Patterns, Sides
 from pitchlore.schemas.seasons import OPPONENTS, PERSON
 
 ADDS_UP = KnowledgeSettings(accumulate=True)
@@ -136,6 +136,14 @@ def test_beside_new(old):
     old.commit_version(work, Made([(new, Behaviours), (Occasions.empty(), Occasions)], details=details), 2, parent=1)
     found = ask(refresh(old)[0], "select version, low, x, codes from behaviours order by all")
     assert found.rows() == [(1, None, None, [11]), (1, None, None, [46]), (2, 0.25, 0.125, [46])]
+
+
+def test_older_evaluations():
+    """An evaluation of version 2 is read; it says nothing about fouls."""
+    now, data = evaluation("best-static-1"), io.BytesIO()
+    old = now[:, : now.columns.index("fouls_for")].to_arrow().replace_schema_metadata({SCHEMA_KEY: "evaluations/2"})
+    pyarrow.parquet.write_table(old, data)
+    assert from_parquet(data.getvalue(), Evaluations, where="old").equals(now)
 
 
 def test_wider_enumeration(tmp_path):

@@ -33,10 +33,10 @@ from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.evaluations import Played, evaluate, measure
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.stages.evaluations import Evaluation, EvaluationSummary, Measured, summarise
+from pitchlore.pipeline.stages.evaluations import FOULS, Evaluation, EvaluationSummary, Measured, summarise
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import note_on
-from pitchlore.schemas.evaluations import minutes_of, word_of
+from pitchlore.schemas.evaluations import PENALTY_S, minutes_of, word_of
 
 #: What is said of a team against itself.
 _OF_ITSELF = "is the same team: its home side is measured, in matches with seeds of their own."
@@ -164,6 +164,7 @@ def _print(one: _Measurement) -> None:
     print_frame(_table(summary), title=f"{summary.team} against {summary.opponent}: {one.matches}")
     console().print(f"{one.played} matches played now, {summary.matches - one.played} before;"
                     f" intervals are over {summary.pairs} pair{'s' if summary.pairs > 1 else ''}.")
+    console().print(_fouls(one.rows, summary.team, summary.opponent), soft_wrap=True)
     if one.evaluation.of_itself:
         console().print(f"{summary.opponent} {_OF_ITSELF}")
     print_stand_in(summary.team, summary.opponent)
@@ -182,10 +183,25 @@ def _print_panel(measured: Sequence[_Measurement]) -> None:
     console().print(f"{played} matches played now, {sum(one.summary.matches for one in measured) - played}"
                     f" before; intervals are over {first.pairs} pairs, whose seeds all rows share. Each is a"
                     " 95 % interval by itself.")
+    console().print(_fouls(pl.concat(one.rows for one in measured), first.team, "the panel"), soft_wrap=True)
     for one in measured:
         if one.evaluation.of_itself:
             console().print(f"{one.summary.opponent} {_OF_ITSELF}")
     print_stand_in(*(one.summary.opponent for one in measured), first.team)
+
+
+def _fouls(rows: pl.DataFrame, team: str, opponent: str) -> str:
+    """Fouls and penalties of matches of schema Evaluations, and the penalties' goals, in a line."""
+    counts = rows.select(FOULS)
+    sums, means = counts.sum().row(0, named=True), counts.mean().row(0, named=True)
+
+    def told(whom: str, taker: str) -> str:
+        penalties, goals = sums[f"penalties_{whom}"], sums[f"penalty_goals_{whom}"]
+        became = f" ({100 * goals / penalties:.0f} % a goal within {PENALTY_S:g} s)" if penalties else ""
+        given = f"{means[f'penalties_{whom}']:.1f} of them penalties{became}"
+        return f"{taker} took {means[f'fouls_{whom}']:.1f} restarts, {given}"
+
+    return f"Fouls a match: {told('for', team)}; {told('against', opponent)}."
 
 
 def _plain(summary: EvaluationSummary) -> dict[str, object]:
@@ -226,7 +242,7 @@ def _export(store: Store, one: _Measurement, folder: Path) -> None:
         "settings": evaluation.model_dump(mode="json"),
     }
     matches = rows.select("seed", "match", "side", "match_seed", "goals_for", "goals_against", "actions",
-                          "other_actions", "played_s", "other_s", "brief_actions")
+                          "other_actions", "played_s", "other_s", "brief_actions", *FOULS)
     stem = folder / one.stem
     store.write_bytes(stem.with_name(f"{stem.name}.matches.csv"), matches.write_csv().encode())
     text = encoder.dumps(said, indent=1, allow_nan=False)

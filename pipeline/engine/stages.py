@@ -282,6 +282,6 @@ STAGES = Chain(
           policies.compute, policies.plan),
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=2),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=2),
-    Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=2),
+    Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=3),
     Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=8),
 )

@@ -8,7 +8,7 @@ interval is the pair.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import compress
 from typing import NamedTuple
 
@@ -17,16 +17,22 @@ import polars as pl
 from pitchlore.pipeline.arena.match.controllers import Controller, Decided, PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings, team_slug
+from pitchlore.pipeline.arena.physics.laws import PENALTY
+from pitchlore.pipeline.arena.physics.referee import WORDS, RefereeEvent
 from pitchlore.pipeline.base.digests import fingerprint
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.numbers.statistics import mean_interval, wilson
-from pitchlore.schemas import AWAY, HOME, SIDES, Evaluations
+from pitchlore.schemas import AWAY, HOME, SIDES, Evaluations, Side
 from pitchlore.schemas.decisions import BRIEF_FRAMES
+from pitchlore.schemas.evaluations import PENALTY_S
 
 #: Controller of a team in a match, by its recipe and the team's side.
 ControllerOf = Callable[[Recipe, int], Controller]
 #: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000
+#: Columns of schema Evaluations that :func:`fouls_of` counts.
+FOULS = ("fouls_for", "fouls_against", "penalties_for", "penalties_against", "penalty_goals_for",
+         "penalty_goals_against")
 
 
 def match_seed(seed: int) -> int:
@@ -126,8 +132,31 @@ def results_of_pair(
             "duration_s": recipe.referee.duration_s,
             "goals_for": match.score[side], "goals_against": match.score[1 - side],
             **(_decisions(decided, recipe.physics.hz) if learned else {}),
+            **fouls_of(match.events, SIDES[side]),
         })  # fmt: skip
     return Evaluations.of(rows)
+
+
+def fouls_of(events: Iterable[RefereeEvent], side: Side) -> dict[str, int]:
+    """Fouls and penalties of a match, and the penalties' goals, by the names of :data:`FOULS`.
+
+    A penalty counts when it is taken: one that the end of a half forestalls does not.
+
+    Args:
+        events: the referee's events of the match, in order.
+        side: side of the measured team.
+    """
+    counts, penalty = dict.fromkeys(FOULS, 0), None
+    for event in events:
+        whom = "for" if event.team == side else "against"
+        if event.event == "goal":
+            if penalty and penalty.team == event.team and event.t_ns - penalty.t_ns <= PENALTY_S * 1e9:
+                counts[f"penalty_goals_{whom}"] += 1
+        elif event.event in ("fault", "kick-off"):
+            penalty = event if event.note == WORDS[PENALTY] else None
+            counts[f"fouls_{whom}"] += event.event == "fault" and event.team is not None
+            counts[f"penalties_{whom}"] += penalty is not None
+    return counts
 
 
 def _decisions(decided: Sequence[Decided], hz: float) -> dict[str, float]:
@@ -164,6 +193,11 @@ class EvaluationSummary(Frozen):
             decided; None if there is no such match.
         learned_time: the same as a share of the robots' time.
         brief: share of decisions that lasted two frames or fewer, likewise.
+        fouls_for, fouls_against: penalties and goal kicks per match, of the team and of the opponent; None,
+            like all that follow, if the rows have none.
+        penalties_for, penalties_against: penalties per match that the team and the opponent took.
+        penalty_goals_for, penalty_goals_against: goals per match that came of these penalties within
+            ``PENALTY_S``.
     """
 
     evaluation: str
@@ -183,6 +217,12 @@ class EvaluationSummary(Frozen):
     learned_share: Measured | None
     learned_time: Measured | None
     brief: Measured | None
+    fouls_for: Measured | None
+    fouls_against: Measured | None
+    penalties_for: Measured | None
+    penalties_against: Measured | None
+    penalty_goals_for: Measured | None
+    penalty_goals_against: Measured | None
 
 
 def summarise(rows: pl.DataFrame) -> EvaluationSummary:
@@ -207,7 +247,7 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
     )
     pairs = rows.group_by("seed").agg(
         pl.col("difference", "won", "drawn", "lost", "goals_for", "goals_against", "share", "time",
-               "brief").mean()
+               "brief", *FOULS).mean()
     ).sort("seed")
 
     def mean(column: str, least: float = -math.inf, most: float = math.inf) -> Measured:
@@ -216,8 +256,8 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
         low, high = (None, None) if ends is None else (max(ends[0], least), min(ends[1], most))
         return Measured(float(values.mean()), low, high)
 
-    def share(column: str) -> Measured | None:
-        return None if pairs[column].is_null().all() else mean(column, least=0, most=1)
+    def known(column: str, most: float = math.inf) -> Measured | None:
+        return None if pairs[column].is_null().all() else mean(column, least=0, most=most)
 
     def rate(column: str) -> Measured:
         shares = pairs[column].to_numpy()
@@ -230,5 +270,8 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
         win_rate=rate("won"), draw_rate=rate("drawn"), loss_rate=rate("lost"),
         goal_difference=mean("difference"),
         goals_for=mean("goals_for", least=0), goals_against=mean("goals_against", least=0),
-        learned_share=share("share"), learned_time=share("time"), brief=share("brief"),
+        learned_share=known("share", 1), learned_time=known("time", 1), brief=known("brief", 1),
+        fouls_for=known("fouls_for"), fouls_against=known("fouls_against"),
+        penalties_for=known("penalties_for"), penalties_against=known("penalties_against"),
+        penalty_goals_for=known("penalty_goals_for"), penalty_goals_against=known("penalty_goals_against"),
     )

@@ -67,6 +67,7 @@ class MatchInPlay:
         in_play: whether play is on; while it is not, all wheels stand still and nobody is asked.
         attacks: +1 if home attacks +x, else -1.
         score: goals of home and away, those of the start included.
+        events: the referee's events since the last :meth:`take`, in order.
 
     Raises:
         BadSettings: if nothing can be played by this recipe.
@@ -97,7 +98,7 @@ class MatchInPlay:
         self._logged = logged
         self._samples: list[F64] = []
         self._first = 0
-        self._events: list[RefereeEvent] = []
+        self.events: list[RefereeEvent] = []
 
     @property
     def frame(self) -> int:
@@ -149,14 +150,14 @@ class MatchInPlay:
             return
         frame = self.frame
         self._stop(frame, None)
-        self._events.append(RefereeEvent(self.laws.t_ns(frame), "end", None, *self.score, "left early"))
+        self.events.append(RefereeEvent(self.laws.t_ns(frame), "end", None, *self.score, "left early"))
         self._look()
         self.over = True
 
     def take(self) -> LogPart:
         """The part since the last call."""
         match_id = self.recipe.match_id
-        events, self._events = self._events, []
+        events, self.events = self.events, []
         samples, self._samples = self._samples, []
         first, self._first = self._first, self._first + len(samples)
         made = [
@@ -183,7 +184,7 @@ class MatchInPlay:
         """Tell the log, the controllers and the arena what the referee has called."""
         self.score = int(self._state["home_goals"]), int(self._state["away_goals"])
         events = call_events(call, self._state, self.laws)
-        self._events += events
+        self.events += events
         if not KICK_OFF <= call <= HALF:
             self._stop(frame, events[0].team if call == GOAL else None)
             self.over = call == END
