@@ -15,7 +15,7 @@ from support.training import learn
 
 from pitchlore.pipeline.stages.paradigms import curves, runner
 from pitchlore.pipeline.stages.paradigms.curves import Curve, Exploration
-from pitchlore.pipeline.stages.paradigms.experiments import OTHER_GAMES, Design, sweeps
+from pitchlore.pipeline.stages.paradigms.experiments import BESIDE, OTHER_GAMES, Design, sweeps
 from pitchlore.pipeline.stages.paradigms.games import matrix
 from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
 from pitchlore.pipeline.stages.paradigms.readings import informative
@@ -331,7 +331,7 @@ def test_learners():
         learners.setdefault(sweep.curves[0].game, set()).add(sweep.curves[0].learner)
     five = {"hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC"}
     assert learners.keys() == {"penalty", "climbing", *OTHER_GAMES}
-    assert all(names >= {"IQ", "JAQ", "IVQ"} | five for names in learners.values())
+    assert all(names >= {"IQ", "JAQ", "IVQ"} | five and not names & {*BESIDE} for names in learners.values())
 
 
 def test_informative_readings():
@@ -356,10 +356,10 @@ def test_informative_readings():
 # -- what a user choosing a learner relies on -------------------------------------------------------------
 
 
-@pytest.mark.parametrize("learner", ["hysteretic", "distributed"])
+@pytest.mark.parametrize("learner", ["hysteretic", "distributed", "team"])
 def test_peers_climb(learner):
-    """Hysteretic and distributed learners nearly always solve the climbing game."""
-    [curve] = [c for s in sweeps(Design(figures=(5,))) for c in s.curves if (c.game, c.learner) == ("climbing", learner)]
+    """Hysteretic and distributed learners nearly always solve the climbing game, and so does one for the team."""
+    [curve] = [c for s in sweeps(Design(figures=(5,), beside=BESIDE)) for c in s.curves if (c.game, c.learner) == ("climbing", learner)]
     row = curve.play(None, 0.9997, runs=200, seed=0).row(0, named=True)
     assert row["p_optimal"] > 0.99
     assert row["p_low"] > 0.95

@@ -98,11 +98,12 @@ def test_failing_sweep(tmp_path, monkeypatch):
 
 
 def test_command_output(played, call):
-    """The command prints numbers, verdicts and where the plot is, of the figure asked for alone."""
+    """The command prints numbers, verdicts and where the plot is, of the figure and the learners asked for."""
     data, _ = played
-    code, out, _ = call("paradigms", "--figure", "5", "--runs", "4", "--quick", "--data", data)
+    code, out, _ = call("paradigms", "--figure", "5", "--runs", "4", "--quick", "--beside", "team", "--data", data)
     assert code == 0
     assert "Figure 5: climbing, 4 trainings a point" in out
+    assert "equation 1 over joint actions" in out
     assert "IVQ never" not in out
     assert "IVQ sometimes converges to the optimum" in out
     assert "figure-5.png" in out
@@ -139,6 +140,7 @@ def test_json(played, call):
     store = Store(data)
     report = reports(QUICK)[1]
     assert len(figure["points"]) == points_of(store, report).height
+    assert "team" not in {row["learner"] for row in figure["points"]}
     table = store.read_table(store.receipt("paradigms", report.name), "verdicts", Verdicts)
     assert len(figure["verdicts"]) == table.height
 

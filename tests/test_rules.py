@@ -28,6 +28,7 @@ from pitchlore.pipeline.stages.paradigms.rules.kernel import kernel, switch
 from pitchlore.pipeline.stages.paradigms.rules.lenient import Lenient
 from pitchlore.pipeline.stages.paradigms.rules.rules import RULES, AnyLearner
 from pitchlore.pipeline.stages.paradigms.rules.selection import ActionSelection
+from pitchlore.pipeline.stages.paradigms.rules.team import TeamQ
 from pitchlore.pipeline.stages.paradigms.rules.wolf_phc import WoLFPHC
 from pitchlore.pipeline.stages.paradigms.runner import Testing as Trial
 from pitchlore.pipeline.stages.paradigms.runner import Training, play_runs, stream
@@ -116,6 +117,7 @@ def falling(selection, ticks):
 
 def literal_memory(played, game, settings):
     """Knowledge of the literal team, as Memory's q and occurrence (the latter None where none is kept)."""
+    game = game.as_one_agent() if settings.ONE_FOR_ALL else game
     observed = game.observed(settings.observes)
     shape = (game.agents, int(observed.max()) + 1)
     joint = game.actions**game.agents
@@ -165,6 +167,22 @@ def test_literal_loop(learner, game):
             else:
                 np.testing.assert_array_equal(memory.q, q)
             np.testing.assert_allclose(memory.occurrence, occurrence, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("agents", [2, 3, 4])
+def test_cost_of_a_team(agents):
+    """States and actions of a team multiply: (S * A)**N values, and A**N steps until all joint actions are tried."""
+    def table(game, settings, steps):
+        return learn(game, settings, Training(np.zeros(steps)), run=0, seeds=SEEDS).q
+
+    pays, eager = np.arange(3.0**agents), TeamQ(step_size=1.0, initial=100.0)
+    own = pays.reshape(*(3,) * agents, 1) + np.arange(agents) - (agents - 1) / 2  # each agent's; the mean is the team's
+    game = matrix.matrix_game("mean", own, individual=True)
+    assert (table(game, eager, 3**agents - 1) == eager.initial).sum() == 1
+    assert table(game, eager, 3**agents).tolist() == [[pays.tolist()]]
+    assert table(game, JAQ(), 1).size == agents * 3**agents
+    assert table(game, IQ(), 1).size == agents * 3
+    assert table(grid_world(0.0), TeamQ(), 1).size == (25 * 4)**2
 
 
 def test_a_missing_literal(monkeypatch):

@@ -22,7 +22,14 @@ from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.numbers.statistics import wilson
 from pitchlore.pipeline.stages.paradigms.claims import PEAK
-from pitchlore.pipeline.stages.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
+from pitchlore.pipeline.stages.paradigms.experiments import (
+    COMPARED,
+    LEARNERS,
+    Beside,
+    Design,
+    FigureNumber,
+    sweeps,
+)
 from pitchlore.pipeline.stages.paradigms.measures import PRINTED, fresh_leads
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Verdicts
@@ -46,6 +53,7 @@ def paradigms(
     quick: Flag = False,
     sensitivity: Flag = False,
     comparison: Flag = False,
+    beside: Annotated[tuple[Beside, ...], Parameter(negative=(), show_default=False)] = (),
     seed: NonNegativeInt = 0,
     on: On = None,
     export: Path | None = None,
@@ -61,6 +69,8 @@ def paradigms(
         sensitivity: Also play every reading of the paper's open details, and confirm the best ones.
         comparison: Also play printed IVQ and IQ on fresh seeds, 4,000 runs each, at the paper's best decay of
             Figure 5, and say how much likelier IVQ reaches the optimum.
+        beside: Learner to play and draw beside those of the figures: team, one learner that commands all
+            agents (section 2.3.1); may be repeated.
         seed: Seed of the runs.
         on: Where the curves are played.
         export: Also write tables, plots and settings into this folder.
@@ -70,7 +80,7 @@ def paradigms(
     design = Design(
         figures=tuple(sorted({POINTS[name] for name in figure or POINTS})),
         runs=runs or (QUICK_RUNS if quick else None), quick=quick, sensitivity=sensitivity,
-        comparison=comparison, seed=seed,
+        comparison=comparison, beside=beside, seed=seed,
     )
     store = common.store
     place_of(on)  # so that a word that names none is refused at once

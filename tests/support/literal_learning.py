@@ -7,6 +7,7 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import product
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 #: Changes of a value beyond this many times the learning rate are a run that diverged.
@@ -265,6 +266,20 @@ class IVQ(IQ):
         return self.settings.step_size * self.surprise(m) + iv
 
 
+class TeamQ(IQ):
+    """Section 2.3.1: equation 1 in a game of one agent, who orders all and gets the mean of what they get."""
+
+    @staticmethod
+    def alone(game):
+        orders = list(product(range(game.actions), repeat=game.agents))
+
+        def step(state, joint):
+            after, outcomes, *facts = game.step(state, orders[joint[0]])
+            return Step(after, [[sum(got) / len(got)] for got in outcomes], *facts)
+
+        return SimpleNamespace(agents=1, actions=len(orders), start=game.start, step=step, sees=game.sees)
+
+
 class Hysteretic(IQ):
     """Matignon, Laurent and Le Fort-Piat 2007."""
 
@@ -435,6 +450,7 @@ def update(rng, team, moment, settings):
 
 def play(rng, game, settings, training, testing):
     """One run: training, then the tests of what was learned."""
+    game = TeamQ.alone(game) if type(settings).__name__ == "TeamQ" else game
     team, diverged = train(rng, game, settings, training)
     if diverged:
         return Played(team, diverged=True)

@@ -11,7 +11,7 @@ publications unless their reading says otherwise.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pydantic import Field
 
@@ -27,6 +27,7 @@ from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
 from pitchlore.pipeline.stages.paradigms.rules.ivq import IVQ
 from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
 from pitchlore.pipeline.stages.paradigms.rules.lenient import Lenient
+from pitchlore.pipeline.stages.paradigms.rules.team import TeamQ
 from pitchlore.pipeline.stages.paradigms.rules.wolf_phc import WoLFPHC
 
 FigureNumber = Literal[4, 5, 6]
@@ -34,8 +35,13 @@ FigureNumber = Literal[4, 5, 6]
 #: The figure of the paper's one number.
 PEAK_FIGURE: FigureNumber = 5
 
-#: Names of the paper's learners, then of their peers.
-LEARNERS = ("IQ", "IL-A", "IL-B", "JAQ", "IVQ", "hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC")
+#: Learners that are played only if a design names them.
+Beside = Literal["team"]
+BESIDE: tuple[str, ...] = get_args(Beside)
+
+#: Names of the learners in the paper's figures, then of their peers, then of those that have to be named.
+LEARNERS = (
+    "IQ", "IL-A", "IL-B", "JAQ", "IVQ", "hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC", *BESIDE)
 
 #: Runs of each point, as printed.
 PRINTED_RUNS: dict[FigureNumber, int] = {4: PAPER_RUNS, 5: PAPER_RUNS, 6: 3}
@@ -72,6 +78,9 @@ FAST_WOLF = WoLFPHC(winning=0.1, losing=0.4)
 TUNED = "outside the bracket, discount 0.9"
 BEST = "learning rate 1, discount 0.9"
 
+#: Team learning: the paper gives no equation of its own.
+TEAM = "equation 1 over joint actions"
+
 #: Printed JAQ, but for the end of training.
 UNTIL_SETTLED = "trained until it settles"
 
@@ -85,6 +94,7 @@ class Design(Frozen):
         quick: play a few points of the curves in the paper's own games only.
         sensitivity: play all readings, too, and confirm the best.
         comparison: also compare printed IVQ with IQ on fresh seeds.
+        beside: learners that are played beside those of the figures.
         seed: seed of the runs.
     """
 
@@ -93,11 +103,16 @@ class Design(Frozen):
     quick: bool = False
     sensitivity: bool = False
     comparison: bool = False
+    beside: tuple[Beside, ...] = ()
     seed: int = Field(default=0, ge=0)
 
     def runs_of(self, figure: FigureNumber) -> int:
         """Runs of each point of a figure's curves."""
         return self.runs or PRINTED_RUNS[figure]
+
+    def plays(self, curve: Curve) -> bool:
+        """True if the design plays the curve's learner."""
+        return curve.learner not in BESIDE or curve.learner in self.beside
 
 
 class Sweep(Frozen):
@@ -113,14 +128,15 @@ def sweeps(design: Design) -> list[Sweep]:
     """All sweeps of a design: one for each study, figure, game and learner."""
     found: list[Sweep] = []
     for figure in design.figures:
-        curves = list(FIGURES[figure]())
+        curves = [curve for curve in FIGURES[figure]() if design.plays(curve)]
         if design.quick:
             curves = [_thinned(curve) for curve in curves
                       if set(curve.decays) & set(QUICK_DECAYS[figure]) and curve.game not in OTHER_GAMES]
         found += _gathered(curves, design.runs_of(figure), design.seed, "-quick" if design.quick else "")
     if design.sensitivity:
         tried = [curve for figure in design.figures for curve in _tried(figure)]
-        confirmed = [curve for figure in design.figures for curve in _confirmed(figure)]
+        confirmed = [curve for figure in design.figures for curve in _confirmed(figure)
+                     if design.plays(curve)]
         found += _gathered(tried, SENSITIVITY_RUNS, design.seed)
         found += _gathered(confirmed, CONFIRMATION_RUNS, design.seed + FRESH)
     if design.comparison and PEAK_FIGURE in design.figures:
@@ -174,6 +190,7 @@ def _matrix(common: dict[str, Any], influence: float) -> Iterator[Curve]:
         ("IVQ", TUNED, outside.model_copy(update={"discount": 0.9, "opinion_discount": None})),
         ("hysteretic", "decrease 0.01", Hysteretic()),
         ("distributed", "step size 1", Distributed()),
+        ("team", TEAM, TeamQ()),
     ):
         yield Curve(learner=learner, reading=reading, rule=rule, **common)
     yield from _lenient(common)
@@ -206,6 +223,7 @@ def _grid() -> Iterator[Curve]:
         ("IL-B", "discount 0.9", IQ(discount=0.9)),
         ("hysteretic", "discount 0.9, decrease 0.01", Hysteretic(discount=0.9)),
         ("distributed", "discount 0.9, step size 1", Distributed(discount=0.9)),
+        ("team", TEAM, TeamQ(discount=1.0)),
     ):
         yield Curve(learner=learner, reading=reading, rule=rule, **common)
     yield from _lenient(common, discount=0.9)

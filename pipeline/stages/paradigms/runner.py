@@ -252,8 +252,8 @@ def play_runs(
 ) -> Runs:
     """Results of training a team of equal learners in a game, then testing it, once for each run.
 
-    A step draws one number for each agent's choice, one for the outcome if there are several, and one for
-    each agent's rule if its error is random, in this order. Other seeds make independent runs, unless they
+    A step draws one number for each learner's choice, one for the outcome if there are several, and one for
+    each learner's rule if its error is random, in this order. Other seeds make independent runs, unless they
     differ only in zeros at the end.
 
     Raises:
@@ -289,7 +289,8 @@ def play_runs(
 
 
 def dynamics_of(game: Game, settings: LearnerSettings) -> _Dynamics:
-    """The game as learners with these settings observe it."""
+    """The game as learners with these settings observe it: of one agent if one learner chooses for all."""
+    game = game.as_one_agent() if settings.ONE_FOR_ALL else game
     return _Dynamics(  # copies: read-only arrays are another type to numba, compiled once more
         game.following.copy(), game.rewards.copy(), game.ends.copy(), game.success.copy(),
         game.observed(settings.observes).copy(), game.start, game.actions,

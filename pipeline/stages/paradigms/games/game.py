@@ -5,7 +5,7 @@ A repeated matrix game has one state, which follows itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -77,6 +77,16 @@ class Game:
     def expected(self) -> F64:
         """Mean reward over the outcomes, float64 [S, J, N]."""
         return np.asarray(self.rewards.mean(axis=2))
+
+    def as_one_agent(self) -> Game:
+        """The same game for one agent that observes all and whose actions are the J joint actions.
+
+        Its reward is the mean of the agents'. States, ends and successes stay, and so do the indices of joint
+        actions.
+        """
+        return replace(
+            self, actions=self.actions**self.agents, rewards=self.rewards.mean(axis=3, keepdims=True),
+            own=np.arange(self.states, dtype=np.int64)[np.newaxis])
 
     def observed(self, what: Literal["own", "joint"]) -> I64:
         """Observation of each agent in each state, int64 [N, S], numbered from 0.

@@ -108,6 +108,8 @@ class LearnerSettings(Frozen):
 
     #: The values are of joint actions.
     JOINT: ClassVar[bool] = False
+    #: One learner chooses for all agents: it plays ``Game.as_one_agent``.
+    ONE_FOR_ALL: ClassVar[bool] = False
     #: The error is random: it needs one number drawn from [0, 1) for each agent and step.
     TOSSES: ClassVar[bool] = False
 

@@ -22,6 +22,7 @@ from pitchlore.pipeline.stages.paradigms.rules import (
     ivq,
     jaq,
     lenient,
+    team,
     wolf_phc,
 )
 from pitchlore.pipeline.stages.paradigms.rules.kernel import switch
@@ -53,6 +54,7 @@ RULES = (
     LearningRule(distributed.Distributed, error=hysteretic.error, adapt=distributed.adapt,
                  values=distributed.values),
     LearningRule(wolf_phc.WoLFPHC, adapt=wolf_phc.adapt, values=wolf_phc.values),
+    LearningRule(team.TeamQ),
 )
 
 if TYPE_CHECKING:
