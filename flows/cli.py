@@ -110,6 +110,11 @@ COMMANDS = (
         "pitchlore train --settings longer.toml",
     ),
     Command(
+        "imitate", "imitate:imitate",
+        "Rebuild a team from its recordings; it plays as imitated:TEAM.",
+        'pitchlore imitate "FC Portugal"',
+    ),
+    Command(
         "serve", "serve:serve",
         "Call `run` on a schedule, until Ctrl-C; brings a Prefect server if there is none.",
         'pitchlore serve --cron "0 6 * * 1"',

@@ -3,21 +3,16 @@
 import numpy as np
 import polars as pl
 import pytest
-from conftest import run
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
+from pitchlore.pipeline.engine.imitations import imitation_of
 from pitchlore.pipeline.engine.teams import entrant
-from pitchlore.pipeline.settings import (
-    ImitationSettings,
-    OptionSettings,
-    PolicySettings,
-    Settings,
-    SideSettings,
-)
+from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.settings import ImitationSettings
 from pitchlore.pipeline.stages.policies.imitate import habits, imitate
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES, Clues, Policies
@@ -90,15 +85,16 @@ def test_same_seed_same_policy():
 
 
 @pytest.mark.slow
-def test_run_and_play(copied):
-    """A run of a finished folder with the learner gives a policy that plays, and decides in each window."""
-    imitation = ImitationSettings(rounds=1, trees=5)
-    report = run(copied, settings=Settings(
-        sides=SideSettings(teams=("blue",)), options=OptionSettings(recover=True),
-        policies=PolicySettings(learner="imitation", imitation=imitation)))
-    assert report.failures == {}
+def test_rebuilt_team(copied, call, tmp_path):
+    """A team is rebuilt beside the folder's tables; it plays, and decides in each window; again, nothing is new."""
+    before = {path: path.read_bytes() for path in copied.rglob("*.receipt.json")}
+    (tmp_path / "small.toml").write_text("[policies.imitation]\nrounds = 1\ntrees = 5\n")
+    words = ("imitate", "blue", "--settings", tmp_path / "small.toml", "--data", copied)
+    code, said, _ = call(*words)
+    assert (code, "imitated:blue is rebuilt from 2 of its matches (policy version 1, new)" in said) == (0, True)
+    assert {path: path.read_bytes() for path in before} == before
     policies: dict[str, PolicyTables] = {}
-    team = entrant(Store(copied), "learned", policies).settings
+    team = entrant(Store(copied), "imitated:blue", policies).settings
     assert team.clock_s == 0.2
     recipe = Recipe(home=team, away=TeamSettings(kind="static"), seed=1, referee=RefereeSettings(duration_s=10.0))
     match = MatchInPlay(recipe, controllers_of(recipe, policies))
@@ -107,3 +103,15 @@ def test_run_and_play(copied):
     decided = match.take().decisions
     assert decided.height > 100
     assert decided["random"].mean() < 0.1
+    assert "(policy version 1, unchanged)" in call(*words)[1]
+    assert verify_all(Store(copied)).files > verify_all(imitation_of(Store(copied), "blue")).files > 0
+    (knowledge,) = imitation_of(Store(copied), "blue").root.glob("knowledge/v0001/*behaviours*.parquet")
+    assert set(pl.read_parquet(knowledge)["team"]) <= {"blue"}
+
+
+def test_nobody_to_rebuild(finished, call):
+    """A name that no match has is refused with those that there are; a team that nobody rebuilt does not play."""
+    assert call("imitate", "red", "--data", finished)[2] == (
+        f"pitchlore: {finished}: no match is of a team 'red' (there are: blue, yellow). Import its matches first.\n")
+    assert call("evaluate", "--policy", "imitated:the reds", "--against", "static", "--data", finished)[2] == (
+        f"pitchlore: {finished}: nothing imitates 'the reds' yet. Make it with `pitchlore imitate 'the reds'`.\n")

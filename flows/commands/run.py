@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import polars as pl
 from cyclopts import Parameter
@@ -29,6 +29,9 @@ from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Behaviours
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.engine.recordings import Recording
 
 
 def run(
@@ -78,14 +81,14 @@ def _restricted(settings: RunSettings, kind: str | None, team: tuple[str, ...]) 
 def bring_up_to_date(
     store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True,
     on: str | None = None, history: HistorySettings = HistorySettings(),
-    scout: ScoutSettings = ScoutSettings(), as_flow: bool = False,
+    scout: ScoutSettings = ScoutSettings(), as_flow: bool = False, recordings: list[Recording] | None = None,
 ) -> RunReport:
-    """Run all stages."""
+    """Run all stages, on the recordings of the inbox if none are given."""
     place_of(on)  # so that a word that names none is refused at once
     from pitchlore.flows import work  # noqa: PLC0415 (it loads numba, which --help does without)
 
     return perform(store, "run_flow", RunReport, work.run, as_flow=as_flow)(
-        store.root, None, settings, train, limits, on, history, scout)
+        store.root, recordings, settings, train, limits, on, history, scout)
 
 
 def _print_run(store: Store, report: RunReport) -> None:

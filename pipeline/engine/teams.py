@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import NamedTuple, TypedDict, Unpack
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team
@@ -12,6 +13,7 @@ from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
+from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.stages.evaluations import Entrant
 from pitchlore.pipeline.stages.seasons.settings import Season
@@ -52,14 +54,14 @@ def entrant(
         store: holds policies and seasons.
         word: the name of a scripted team; learned for the newest policy, learned:3 or just 3 for a
             version; best-constant or constant:044 for a constant team, see
-            :func:`pipeline.arena.teams.constant.constant`; the id of a season for its apprentice, see
-            :func:`apprentice`.
+            :func:`pipeline.arena.teams.constant.constant`; imitated:NAME for the imitation of a team; the id
+            of a season for its apprentice, see :func:`apprentice`.
         policies: policies by label; the team's is added.
         options: how it plays; a scripted team has none.
 
     Raises:
         BadSettings: if the word names no team, or a constant team of unknown codes.
-        NotFound: if the policy does not exist, or if the season has none yet.
+        NotFound: if the policy does not exist, or if the season or the imitation has none yet.
     """
     if word in SCRIPTED or word == REMOTE:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
@@ -71,8 +73,9 @@ def entrant(
     else:
         if word == "learned" or version.isdecimal():
             manifest = policy(store, None if word == "learned" else int(version))
-            plays = TeamSettings.model_validate({"kind": "learned"} | manifest.details.get("plays", {}))
-            player = _player(store, manifest, f"v{manifest.version}", plays)
+            player = _player(store, manifest, f"v{manifest.version}", _plays(manifest))
+        elif word.startswith(PREFIX):
+            player = imitation(store, word.removeprefix(PREFIX))
         else:
             player = apprentice(store, word)
         named, tables = labelled(player.store, player.manifest)
@@ -150,6 +153,29 @@ def apprentice(store: Store, season: str) -> Player:
     return _player(home, manifest, season, counted.model_copy(update={"explore": 0.0, "posterior_std": 0.0}))
 
 
+def imitation(store: Store, team: str) -> Player:
+    """The newest imitation of a team.
+
+    Args:
+        store: holds the imitation.
+        team: the team's name in its matches.
+
+    Raises:
+        NotFound: if there is none yet.
+    """
+    own = imitation_of(store, team)
+    manifest = own.latest("policies")
+    if manifest is None:
+        raise NotFound(f"nothing imitates {team!r} yet", where=store.where,
+                       next_step=f"Make it with `pitchlore imitate {shlex.quote(team)}`")
+    return _player(own, manifest, f"{PREFIX}{team}", _plays(manifest))
+
+
+def _plays(manifest: Manifest) -> TeamSettings:
+    """A learned team with the settings that its policy needs."""
+    return TeamSettings.model_validate({"kind": "learned"} | manifest.details.get("plays", {}))
+
+
 def _player(store: Store, manifest: Manifest, name: str, settings: TeamSettings) -> Player:
     """A policy as a team."""
     return Player(Entrant(
@@ -167,7 +193,7 @@ def _no_season(store: Store, word: str) -> PitchloreError:
     there = ", ".join(receipt.name for receipt in store.receipts(_SEASONS)) or "none yet"
     return BadSettings(f"{word!r} is no team, nor a season (there are: {there})", next_step=(
         f"Name {', '.join(SCRIPTED)}, learned, learned:VERSION, {BEST}, "
-        "constant:CODE, constant:CODE/CODE/CODE or a season's id"))
+        f"constant:CODE, constant:CODE/CODE/CODE, {PREFIX}TEAM or a season's id"))
 
 
 def policy(store: Store, version: int | None = None) -> Manifest:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import NotFound, PitchloreError
+from pitchlore.pipeline.engine import imitations
 from pitchlore.pipeline.engine.knowledge import lineage
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
@@ -16,7 +17,7 @@ from pitchlore.pipeline.store.verification import Verification, restore, verify
 
 
 def verify_all(store: Store, *, season: bool = False) -> Verification:
-    """Check a data folder, and those of its seasons: files, checksums, lineage.
+    """Check a data folder, and those of its seasons and imitations: files, checksums, lineage.
 
     Args:
         store: the data folder.
@@ -27,10 +28,12 @@ def verify_all(store: Store, *, season: bool = False) -> Verification:
     found.others += _parents(store)
     if not season:
         found.others += _matches(store)
-    for receipt in () if season else store.receipts("seasons"):
-        folder = store.root / "seasons" / receipt.name
+    inner_folders = [] if season else [
+        *((store.root / "seasons" / receipt.name, True) for receipt in store.receipts("seasons")),
+        *((folder, False) for folder in sorted((store.root / imitations.FOLDER).glob("*")))]
+    for folder, discards in inner_folders:
         if folder.is_dir():
-            inner = verify_all(Store(folder), season=True)
+            inner = verify_all(Store(folder), season=discards)
             found.files += inner.files
             found.size += inner.size
             found.unsealed += inner.unsealed

@@ -260,13 +260,13 @@ class League:
         """A learned team for :func:`pitchlore.play`, or as an opponent in environments.
 
         Args:
-            word: ``learned`` for the newest policy, ``learned:3`` for a version, or the id of a season for
-                its apprentice.
+            word: ``learned`` for the newest policy, ``learned:3`` for a version, ``imitated:NAME`` for the
+                imitation of a team, or the id of a season for its apprentice.
             options: how it plays: explore, lcb_weight, min_visits and so on; as it learned without.
 
         Raises:
             BadSettings: if the word names no such team, or if an option does not fit.
-            NotFound: if the policy does not exist, or if the season has none yet.
+            NotFound: if the policy does not exist, or if the season or the imitation has none yet.
         """
         from pitchlore.pipeline.engine.teams import learned_team  # noqa: PLC0415 (loaded when asked for)
 

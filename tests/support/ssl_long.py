@@ -30,7 +30,7 @@ def long_log(seconds: float, *, robots: int = 11) -> bytes:
 
 
 def _seen(frame: int, robots: int) -> Iterable[bytes]:
-    """What each camera sees."""
+    """Packets of all cameras, each with what it sees."""
     rng, body = np.random.default_rng(frame), np.arange(2 * robots + 1)
     angle = frame / HZ * (0.3 + 0.02 * body) + body
     x, y = np.cos(angle) * LENGTH / 2 * (0.3 + 0.3 * np.sin(body)), np.sin(angle) * WIDTH / 2 * (0.3 + 0.3 * np.cos(body))
