@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from support.played import starting
 
-from pitchlore.pipeline.arena.match.controllers import controller_of
-from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import Camera, CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -196,7 +195,7 @@ class TestInAMatch:
         team = TeamSettings(kind="static")
         recipe = Recipe(home=team, away=team, seed=2, camera=camera,
                         referee=RefereeSettings(duration_s=3, halves=1))
-        match, truth = MatchInPlay(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), []
+        match, truth = starting(recipe), []
         while not match.over:
             match.advance()
             truth.append(match.bodies.copy())

@@ -7,7 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from support.played import policy
+from support.played import policy, starting
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
 from pitchlore.pipeline.arena.match.controllers import Controller, LearnedTeam, PolicyTables, controller_of
@@ -126,9 +126,7 @@ class TestSameMatch:
             assert one.match.bodies.tobytes() == alone[frame + 3][0].tobytes()
 
     def test_always_the_same_behaviour_is_the_constant_team(self):
-        known = PolicyTables(constant("constant:044").policy())
-        recipe = recipe_of("learned", "learned")
-        alone = MatchInPlay(recipe, tuple(controller_of(recipe.home, recipe, team, known) for team in (0, 1)), logged=False)
+        alone = starting(recipe_of("learned", "learned"), constant("constant:044").policy(), logged=False)
         alone.advance(10_000)
         one = begun(env("constant:044", actions="behaviours", settings=SHORT))
         both = begun(parallel_env(actions="behaviours", settings=SHORT))

@@ -3,6 +3,7 @@
 import numpy as np
 import polars as pl
 import pytest
+from support.played import whole
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
@@ -97,10 +98,7 @@ def test_rebuilt_team(copied, call, tmp_path):
     team = entrant(Store(copied), "imitated:blue", policies).settings
     assert team.clock_s == 0.2
     recipe = Recipe(home=team, away=TeamSettings(kind="static"), seed=1, referee=RefereeSettings(duration_s=10.0))
-    match = MatchInPlay(recipe, controllers_of(recipe, policies))
-    while match.advance(4096):
-        pass
-    decided = match.take().decisions
+    decided = whole(MatchInPlay(recipe, controllers_of(recipe, policies))).decisions
     assert decided.height > 100
     assert decided["random"].mean() < 0.1
     assert "(policy version 1, unchanged)" in call(*words)[1]

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.looking import PLACE, SMALL, decided, looks, pairs_of, two_places
+from support.played import whole
 
 from pitchlore.pipeline.arena.match import controllers
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
@@ -88,11 +89,8 @@ def played():
             decide(view, *rest)
 
         patch.setattr(controllers.appraising, "decide", spy)
-        match = MatchInPlay(recipe, players)
-        while match.advance(500):
-            pass
-    part = match.take()
-    return MatchLog(match.info, part.frames, part.referee, part.decisions), np.array(noted)
+        log = whole(MatchInPlay(recipe, players))
+    return log, np.array(noted)
 
 
 def test_sights_are_what_players_saw(played):
@@ -131,9 +129,7 @@ def test_holds_what_it_tries():
     of = TeamSettings(kind="learned", policy="it", explore=1.0, explore_s=1.5, clock_s=0.5)
     recipe = Recipe(home=of, away=TeamSettings(kind="static"), seed=3, referee=RefereeSettings(duration_s=60.0))
     match = MatchInPlay(recipe, controllers_of(recipe, {"it": policy}))
-    while match.advance(500):
-        pass
-    made = match.take().decisions.filter(team="home").sort("robot", "t_ns").with_columns(
+    made = whole(match).decisions.filter(team="home").sort("robot", "t_ns").with_columns(
         code=pl.col("behaviour_id").str.split("-").list.last(), number=pl.int_range(pl.len()).over("robot", "episode"))
     assert made["random"].all()
     tries = made.group_by("robot", "episode", pl.col("number") // 3).agg(pl.col("code").unique())
@@ -279,9 +275,7 @@ def test_team_takes_the_best():
                     referee=RefereeSettings(duration_s=30.0))
 
     def log():
-        match = MatchInPlay(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
-        match.advance(10_000)
-        return match.take().decisions
+        return whole(MatchInPlay(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))).decisions
 
     made = log()
     assert set(made["behaviour_id"]) == {"goalkeeper-088", "midfield-044", "striker-044"}

@@ -3,6 +3,8 @@
 import numpy as np
 import polars as pl
 import pytest
+from support.looking import pairs_of
+from support.played import whole
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
@@ -17,7 +19,7 @@ from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes, shippe
 from pitchlore.pipeline.stages.options.recover import options
 from pitchlore.pipeline.stages.options.windows import bodies, starts
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
-from pitchlore.schemas import ROLES, Appraisals, Clues, Options, Policies
+from pitchlore.schemas import ROLES, Appraisals, Clues, Options
 from pitchlore.schemas.options import OPTIONS
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
@@ -29,17 +31,10 @@ UNLIKE = (44, 47, 88, 98, 118, 184)
 @pytest.fixture(scope="module")
 def log() -> MatchLog:
     """Half a minute of a team whose robots take any of some options for a second, against static."""
-    rows = [{"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
-             "behaviour_id": f"{role}-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0}
-            for role in ROLES for code in UNLIKE]
     home = TeamSettings(kind="learned", policy="any", explore=1.0, explore_s=1.0, clock_s=0.2)
     recipe = Recipe(home=home, away=TeamSettings(kind="static"), seed=3, referee=RefereeSettings(duration_s=30.0))
-    policies = {"any": PolicyTables(Policies.of(rows), Appraisals.empty())}
-    match = MatchInPlay(recipe, controllers_of(recipe, policies))
-    while match.advance(4096):
-        pass
-    taken = match.take()
-    return MatchLog(match.info, taken.frames, taken.referee, taken.decisions)
+    policies = {"any": PolicyTables(pairs_of(**dict.fromkeys(ROLES, UNLIKE)), Appraisals.empty())}
+    return whole(MatchInPlay(recipe, controllers_of(recipe, policies)))
 
 
 @pytest.fixture(scope="module")

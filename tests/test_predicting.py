@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.played import whole
 from support.watched import Watched
 
 from pitchlore.pipeline.arena.match.controllers import (
@@ -17,7 +18,6 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.constant import constant
 from pitchlore.pipeline.arena.teams.predicting import Predictor, predict
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
-from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.stages.sequences.sights import sights
 from pitchlore.schemas import Values
@@ -116,11 +116,7 @@ def test_sights():
     control = constant("constant:044")
     own = TeamSettings(kind="learned", policy="it", predict_s=0.1)
     of = recipe(own)
-    match = MatchInPlay(of, controllers_of(of, {"it": PolicyTables(control.policy())}))
-    while match.advance(1000):
-        pass
-    part = match.take()
-    log = MatchLog(match.info, part.frames, part.referee, part.decisions)
+    log = whole(MatchInPlay(of, controllers_of(of, {"it": PolicyTables(control.policy())})))
     found = sights(log, Values.empty(), GramSettings())
     home = log.decisions.filter(team="home").sort("team", "robot", "t_ns")
     at = np.searchsorted(log.frames.t_ns, home["t_ns"].to_numpy())

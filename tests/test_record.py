@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.played import starting
 from support.processes import eventually, pitchlore
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.controllers import controller_of, controllers_of
-from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.imports import import_all
@@ -58,7 +57,7 @@ def test_killed_match(killed, call):
     recipe = Recipe(home=static, away=static, seed=1, referee=RefereeSettings(duration_s=60 * MINUTES))
     assert receipt.name == recipe.match_id
     salvaged = matches.read(store.read(receipt, "log"), where="salvaged").frames
-    again = MatchInPlay(recipe, (controller_of(static, recipe, 0), controller_of(static, recipe, 1)))
+    again = starting(recipe)
     again.advance(len(salvaged))
     played = again.take().frames
     assert salvaged.ball.tobytes() == played.ball.tobytes()
@@ -84,10 +83,6 @@ def short(seed):
     return Recipe(home=random, away=random, seed=seed, referee=RefereeSettings(duration_s=2.0))
 
 
-def match(recipe):
-    return MatchInPlay(recipe, controllers_of(recipe, {}))
-
-
 def logs(data):
     return list((data / "playing").glob("*.mcap"))
 
@@ -95,7 +90,7 @@ def logs(data):
 def head(data, recipe):
     """The log of a match that was killed before anything of it was logged: its path and bytes."""
     with Store(data).growing(PLAYING, f"{recipe.match_id}.mcap") as (path, stream):
-        matches.Recorder(stream, match(recipe).info)
+        matches.Recorder(stream, starting(recipe).info)
     return path, path.read_bytes()
 
 
@@ -140,7 +135,7 @@ def test_logged_at_once(tmp_path):
 
     The bytes that the system has are those that a killed process leaves.
     """
-    played = match(short(1))
+    played = starting(short(1))
     with match_log(Store(tmp_path), played) as log_it:
         for seconds in (1, 2):
             played.advance(60)
@@ -151,7 +146,7 @@ def test_logged_at_once(tmp_path):
 
 def test_interrupted_match(tmp_path):
     """A match that breaks off is logged to its last frame."""
-    played = match(short(1))
+    played = starting(short(1))
 
     def interrupted():
         with match_log(Store(tmp_path), played):

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.league import copied, serious
+from support.looking import pairs_of
 from support.played import looking
 from test_scout import test_links_lead_somewhere, test_nothing_but_text, text_of  # noqa: F401 (here of policies, too)
 
@@ -181,9 +182,7 @@ def test_older_policy(store, tmp_path, call):
 
 def test_preferred():
     """By hand: one action is worth 1 where the ball is ahead, and -1 behind; the other is always worth 0."""
-    values = Policies.of([
-        {"version": 1, "knowledge_version": 1, "role": "striker", "key": "role0", "state": 0,
-         "behaviour_id": f"striker-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0} for code in (21, 44)])
+    values = pairs_of(goalkeeper=[], midfield=[], striker=[21, 44])
     node = {"version": 1, "code": 21, "tree": 0, "node": 0, "feature": None, "threshold": None, "missing_left": None,
             "left": None, "right": None, "value": 0.0}
     trees = Appraisals.of([

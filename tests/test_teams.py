@@ -48,8 +48,7 @@ def played(of):
     """Wheels of home, float64 [frames in play, N, 2], and the bodies at the end."""
     home = Watched(controller(of))
     match = MatchInPlay(of, (home, controller_of(of.away, of, 1)), logged=False)
-    while match.advance(64):
-        pass
+    match.advance(100_000)
     return np.array(home.wheels), match.bodies
 
 
@@ -137,9 +136,7 @@ def test_constant_team(tmp_path):
         assert (team.name, team.settings.policy, team.policy_version) == (name, name, None)
         of = recipe("static").model_copy(update={"home": team.settings})
         players = controllers_of(of, policies)
-        match = MatchInPlay(of, players, logged=False)
-        while match.advance(500):
-            pass
+        MatchInPlay(of, players, logged=False).advance(100_000)
         did = {(ROLES[each.role], each.behaviour_id, each.random) for each in players[0].decided()}
         assert did == {(role, f"{role}-{code}", False) for role, code in zip(ROLES, codes.split(), strict=True)}
     with pytest.raises(BadSettings, match=r"there is no action 999\. Name some of 001, .* 184, 194"):

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 from support.by_attribute import ByAttribute, pymunk_alone
+from support.played import starting
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena import physics
 from pitchlore.pipeline.arena.match.controllers import controller_of
-from pitchlore.pipeline.arena.match.match import PART, MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -40,16 +40,10 @@ def recipe(frames, seed=1):
     return Recipe(home=STATIC, away=STATIC, seed=seed, referee=referee)
 
 
-def match(frames, **options):
-    of = recipe(frames)
-    return MatchInPlay(of, (controller_of(of.home, of, 0), controller_of(of.away, of, 1)), **options)
-
-
 def unlogged(frames):
     """The bodies at the end."""
-    played = match(frames, logged=False)
-    while played.advance(PART):
-        pass
+    played = starting(recipe(frames), logged=False)
+    played.advance(frames + 1)
     return played.bodies.tolist()
 
 

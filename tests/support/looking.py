@@ -2,12 +2,12 @@
 
 import numpy as np
 import polars as pl
+from support.played import whole
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
-from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import AppraisalSettings, GramSettings
 from pitchlore.pipeline.stages.sequences.sights import sights
 from pitchlore.schemas import ROLES, Appraisals, Decisions, Policies, Sights, Values
@@ -64,10 +64,7 @@ def looks(controllers=None, **how):
     recipe = Recipe(home=TeamSettings(kind="learned", policy="it", **how), away=TeamSettings(kind="static"), seed=4,
                     referee=RefereeSettings(duration_s=120.0))
     match = MatchInPlay(recipe, (controllers or controllers_of)(recipe, {"it": PolicyTables(table, appraisals)}))
-    while match.advance(1000):
-        pass
-    part = match.take()
-    log = MatchLog(match.info, part.frames, part.referee, part.decisions)
+    log = whole(match)
     rows = log.decisions.join(sights(log, Values.empty(), GramSettings()), on=("team", "robot", "t_ns")).filter(role="striker")
     rows = rows.sort("t_ns")
     return rows["sight"].arr.get(PLACE["ball_x"]).to_numpy(), (rows["behaviour_id"] == "striker-021").to_numpy()

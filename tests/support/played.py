@@ -77,6 +77,13 @@ def logged(recipe: Recipe, policy: pl.DataFrame | None = None, part: int = PART)
     return stream.getvalue()
 
 
+def whole(match: MatchInPlay) -> MatchLog:
+    """The log of a match that is played to its end here."""
+    match.advance(1_000_000)
+    taken = match.take()
+    return MatchLog(match.info, taken.frames, taken.referee, taken.decisions)
+
+
 def read(recipe: Recipe, policy: pl.DataFrame | None = None) -> MatchLog:
     """A match as it is read from its log."""
     return matches.read(logged(recipe, policy), where="played")
