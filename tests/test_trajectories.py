@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from polars.testing import assert_frame_equal
-from support.logs import make_log, ns
+from support.logs import at_60hz, make_log, ns, of, run, still
 from support.recordings import RCSS, SSL, read, recording
-from support.tracks import at_60hz, of, run, still
 
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import Frames, MatchLog

@@ -9,9 +9,8 @@ from conftest import clip
 from hypothesis import given
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.logs import make_log, ns
+from support.logs import at_60hz, make_log, ns, of, run, still
 from support.recordings import read
-from support.tracks import at_60hz, of, run, still
 
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.matches.frame import Frames, MatchLog

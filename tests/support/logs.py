@@ -1,11 +1,14 @@
-"""Match logs made by hand."""
+"""Match logs made by hand, of still and moving bodies, and their trajectories."""
 
 import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pitchlore.schemas import Referee
+from pitchlore.pipeline.importers.rows import pack
+from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog, Period
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.schemas import Quality, Referee, Trajectories
 
 
 def ns(seconds):
@@ -37,25 +40,18 @@ def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):
         kind: kind of the pitch.
     """
     t_ns = ns(t_s) if t_ns is None else np.asarray(t_ns, dtype=np.int64)
-    frames = len(t_ns)
-    ball = np.full(frames, np.nan, dtype=np.float32).repeat(4).view(BALL_DTYPE)
-    robots, owner = [], []
+    ball, robots = {}, {name: [] for name in ("frame", "team", "id", "x", "y", "theta")}
     for key, path in bodies.items():
-        path = np.asarray(path, dtype=np.float32)
+        x, y, *theta = np.asarray(path, dtype=np.float32).T
         if key == "ball":
-            ball["x"], ball["y"] = path[:, 0], path[:, 1]
+            ball = {"x": x, "y": y}
             continue
-        rows = np.zeros(frames, dtype=ROBOT_DTYPE)
-        rows["team"], rows["id"] = key
-        rows["x"], rows["y"] = path[:, 0], path[:, 1]
-        rows["theta"] = path[:, 2] if path.shape[1] > 2 else np.nan
-        seen = ~np.isnan(rows["x"])
-        robots.append(rows[seen])
-        owner.append(np.flatnonzero(seen))
-    frame = np.concatenate([np.zeros(0, dtype=np.int64), *owner])
-    robot = np.zeros(len(frame), dtype=ROBOT_DTYPE)
-    np.concatenate([robot[:0], *robots], out=robot)  # without `out` the padding would be lost
-    order = np.argsort(frame, kind="stable")
+        seen = np.flatnonzero(~np.isnan(x))
+        columns = (seen, seen * 0 + key[0], seen * 0 + key[1], x[seen], y[seen], theta[0][seen] if theta else seen * np.nan)
+        for column, values in zip(robots.values(), columns, strict=True):
+            column.append(values)
+    robots = {name: np.concatenate([np.zeros(0, dtype=np.int64), *parts]) for name, parts in robots.items()}
+    frames = pack(np.arange(len(t_ns), dtype=np.uint32), t_ns, ball, robots.pop("frame"), robots)
     info = MatchInfo(
         match_id="made-by-hand", source="none", format="tracking", home="us", away="them",
         pitch=PITCHES[kind], software="tests",
@@ -64,6 +60,22 @@ def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):
             for a, b, sign in periods
         ),
     )
-    offsets = np.concatenate(([0], np.cumsum(np.bincount(frame, minlength=frames)))).astype(np.int64)
-    number = np.arange(frames, dtype=np.uint32)
-    return MatchLog(info, Frames(number, t_ns, ball, offsets, robot[order]), referee_rows(*referee))
+    return MatchLog(info, frames, referee_rows(*referee))
+
+
+def run(log, **changes):
+    table, quality = trajectories(log, TrajectorySettings(**changes))
+    return Trajectories.validate(table), Quality.validate(quality)
+
+
+def of(table, team="ball", robot=None):
+    rows = table.filter(pl.col("team") == team)
+    return rows if robot is None else rows.filter(pl.col("robot") == robot)
+
+
+def still(frames, x=0.0, y=0.0, theta=0.0):
+    return np.tile([x, y, theta], (frames, 1))
+
+
+def at_60hz(seconds):
+    return np.arange(round(seconds * 60)) / 60
