@@ -44,10 +44,9 @@ def trajectories(rows):
              "theta": theta, "segment": segment, "suspect": suspect, "turned": False}
             for t, team, robot, x, y, theta, segment, suspect in filled
         ],
-        schema_overrides=Trajectories.dtypes(),
+        schema=Trajectories.dtypes(),
     )
-    missing = {name: pl.lit(None, dtype) for name, dtype in Trajectories.dtypes().items() if name not in table.columns}
-    return table.with_columns(**missing).select(*Trajectories.dtypes()).sort("team", "robot", "t_ns")
+    return table.sort("team", "robot", "t_ns")
 
 
 def situations(rows):

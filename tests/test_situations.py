@@ -322,7 +322,7 @@ class TestProperties:
         table = walk(seed)
         times = table.select("frame", "t_ns", "segment").unique("frame").sort("frame")
         stranger = times.with_columns(
-            match_id=pl.lit("walk"), team=pl.lit(team), robot=9, role=pl.lit("striker"), x=50.0, y=50.0,
+            match_id=pl.lit("scene"), team=pl.lit(team), robot=9, role=pl.lit("striker"), x=50.0, y=50.0,
             theta=0.0, vx=0.0, vy=0.0, omega=0.0, suspect=False, turned=False,
         ).select(table.columns).cast(pl.Schema(table.schema))
         more = pl.concat([table, stranger]).sort("team", "robot", "t_ns")

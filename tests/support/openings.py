@@ -5,6 +5,7 @@ import math
 import numpy as np
 import polars as pl
 from hypothesis import strategies as st
+from support.scenes import rows_of
 
 from pitchlore.pipeline.arena.physics.arena import Arena
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
@@ -17,7 +18,7 @@ from pitchlore.pipeline.game.tactics.splitmix import seeded
 from pitchlore.pipeline.stages.situations import conditions, signals
 from pitchlore.pipeline.stages.situations.rulebook import compiled
 from pitchlore.pipeline.stages.situations.rules import RULES, Target
-from pitchlore.schemas import ROLES, Trajectories
+from pitchlore.schemas import ROLES
 
 VSSS = PITCHES[Kind.VSSS]
 FRAME_S = 1 / 60
@@ -212,14 +213,8 @@ def filmed(tracks):
     segment = np.repeat(np.arange(len(tracks)), [len(track) for track in tracks])
     rows = []
     for row in range(1 + 2 * ROBOTS):
-        robot = row > 0
-        rows.append(pl.DataFrame({
-            "match_id": "film", "frame": np.arange(len(b)),
-            "t_ns": np.round(np.arange(len(b)) * FRAME_S * 1e9).astype(np.int64),
-            "team": "ball" if not robot else ("home" if row <= ROBOTS else "away"), "robot": row if robot else None,
-            "role": np.array(ROLES)[roles[:, row - 1]] if robot else [None] * len(b),
-            "x": b[:, row, X], "y": b[:, row, Y], "theta": b[:, row, THETA] if robot else None,
-            "vx": b[:, row, VX], "vy": b[:, row, VY], "omega": None,
-            "segment": segment, "suspect": False, "turned": False,
-        }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes()))
+        body = f"{'home' if row <= ROBOTS else 'away'}-{row}" if row else "ball"
+        role = np.array(ROLES)[roles[:, row - 1]] if row else None
+        rows.append(rows_of(body, np.round(np.arange(len(b)) * FRAME_S * 1e9), *b[:, row, [X, Y, THETA, VX, VY]].T,
+                            role=role, segment=segment))
     return pl.concat(rows).sort("team", "robot", "t_ns")

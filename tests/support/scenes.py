@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from math import pi
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -20,6 +21,17 @@ def goes(*waypoints: tuple[float, float, float, float]) -> Path:
     """A body that goes through (time, x, y, theta) in straight lines at constant speeds."""
     times, *columns = np.array(waypoints).T
     return lambda t: tuple(np.interp(t, times, column) for column in columns)
+
+
+def rows_of(body: str, t_ns: np.ndarray, x: Any, y: Any, theta: Any, vx: Any, vy: Any, **columns: Any) -> pl.DataFrame:
+    """Rows of schema Trajectories of 'ball', 'home-1' or another body, with other columns as they are given."""
+    team, _, robot = body.partition("-")
+    return pl.DataFrame({
+        "match_id": "scene", "frame": np.arange(len(t_ns)), "t_ns": t_ns.astype(np.int64), "team": team,
+        "robot": int(robot) if robot else None, "role": None, "x": x, "y": y,
+        "theta": np.angle(np.exp(1j * theta)) if robot else None, "vx": vx, "vy": vy, "omega": None,
+        "segment": 0, "suspect": False, "turned": False, **columns,
+    }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes())
 
 
 def film(
@@ -41,7 +53,7 @@ def film(
     places = {body: path(t) for body, path in bodies.items()}
     rows = []
     for body, (x, y, theta) in places.items():
-        team, _, robot = body.partition("-")
+        team, _, _ = body.partition("-")
         role: list[str | None] = [None] * len(t)
         if team != "ball":
             goal = -0.75 if team == "home" else 0.75
@@ -52,13 +64,7 @@ def film(
             )
             role = [ROLES[min(rank, 2)] for rank in np.broadcast_to(ahead, len(t))]
             role = [(roles or {}).get(body, by_place) for by_place in role]
-        rows.append(pl.DataFrame({
-            "match_id": "scene", "frame": np.arange(len(t)), "t_ns": np.round(t * 1e9).astype(np.int64),
-            "team": team, "robot": int(robot) if robot else None, "role": role, "x": x, "y": y,
-            "theta": None if team == "ball" else np.angle(np.exp(1j * theta)),
-            "vx": np.gradient(x, t), "vy": np.gradient(y, t), "omega": None,
-            "segment": 0, "suspect": False, "turned": False,
-        }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes()))
+        rows.append(rows_of(body, np.round(t * 1e9), x, y, theta, np.gradient(x, t), np.gradient(y, t), role=role))
     return pl.concat(rows).sort("team", "robot", "t_ns")
 
 
@@ -75,21 +81,14 @@ def walk(seed: int, *, omnidirectional: bool = False) -> pl.DataFrame:
     names = ["ball", *(f"home-{i}" for i in range(home)), *(f"away-{i}" for i in range(1, away + 1))]
     rows = []
     for name in names:
-        team, _, robot = name.partition("-")
         turn = np.cumsum(rng.normal(0, 4, samples) * np.gradient(t)) + rng.uniform(-np.pi, np.pi)
         speed = rng.choice([0.0, 0.3, 0.8]) * np.clip(rng.normal(1, 0.5) + np.cumsum(rng.normal(0, 0.2, samples)), -1, 1)
         drift = rng.normal(0, 1, samples) if omnidirectional else 0
         vx, vy = speed * np.cos(turn + drift), speed * np.sin(turn + drift)
         x = np.clip(rng.uniform(-0.2, 0.2) + np.cumsum(vx * np.gradient(t)), -0.75, 0.75)
         y = np.clip(rng.uniform(-0.2, 0.2) + np.cumsum(vy * np.gradient(t)), -0.65, 0.65)
-        robots = team != "ball"
-        table = pl.DataFrame({
-            "match_id": "walk", "frame": np.arange(samples), "t_ns": t_ns, "team": team,
-            "robot": int(robot) if robot else None,
-            "role": rng.choice(ROLES, samples) if robots else None, "x": x, "y": y,
-            "theta": np.angle(np.exp(1j * turn)) if robots else None, "vx": vx, "vy": vy, "omega": None,
-            "segment": segment, "suspect": rng.random(samples) < 0.03, "turned": False,
-        }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes())
+        role = rng.choice(ROLES, samples) if name != "ball" else None
+        table = rows_of(name, t_ns, x, y, turn, vx, vy, role=role, segment=segment, suspect=rng.random(samples) < 0.03)
         table = table.with_columns(
             pl.when(pl.Series(stopped)).then(None).otherwise(pl.col("segment")).alias("segment"),
             pl.when(pl.Series(rng.random(samples) < 0.03)).then(None).otherwise(pl.col("theta")).alias("theta"),
