@@ -4,9 +4,9 @@ The game is that of the IEEE Very Small Size League, three a side: FIRA's laws 8
 own referee program applies them when it decides alone. That program is VSSSLeague/VSSReferee. Its files
 were read at these commits: ``src/constants/constants.json`` 18de86c; ``src/utils/utils.cpp`` and
 ``src/utils/types/field/field_default_3v3.h`` c792f76; its checkers as
-:func:`pipeline.arena.physics.referee.referee_call` names them. Earlier texts here named commit 2862742, which
-could not be read again. docs/decisions/arena.md ("Laws of VSSReferee") compares the versions, and lists what
-that program does otherwise. On other pitches everything scales.
+:func:`pipeline.arena.physics.referee.referee_call` names them. docs/decisions/arena.md ("Laws of VSSReferee",
+"Places at a penalty") compares the versions, and lists what that program does otherwise. On other pitches
+everything scales.
 """
 
 from __future__ import annotations
