@@ -140,7 +140,6 @@ def test_json(played, call):
     store = Store(data)
     report = reports(QUICK)[1]
     assert len(figure["points"]) == points_of(store, report).height
-    assert "team" not in {row["learner"] for row in figure["points"]}
     table = store.read_table(store.receipt("paradigms", report.name), "verdicts", Verdicts)
     assert len(figure["verdicts"]) == table.height
 

@@ -180,8 +180,7 @@ def test_cost_of_a_team(agents):
     game = matrix.matrix_game("mean", own, individual=True)
     assert (table(game, eager, 3**agents - 1) == eager.initial).sum() == 1
     assert table(game, eager, 3**agents).tolist() == [[pays.tolist()]]
-    assert table(game, JAQ(), 1).size == agents * 3**agents
-    assert table(game, IQ(), 1).size == agents * 3
+    assert [table(game, rule, 1).size for rule in (JAQ(), IQ())] == [agents * 3**agents, agents * 3]
     assert table(grid_world(0.0), TeamQ(), 1).size == (25 * 4)**2
 
 

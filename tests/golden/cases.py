@@ -7,6 +7,7 @@ and inputs give another text, a version must be raised: :func:`complaint` says w
 
 import io
 import json
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -25,13 +26,11 @@ from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.engine.evaluations import evaluate
-from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
+from pitchlore.pipeline.engine.run import run
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import MatchTables, stored_match
-from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import (
     EventSettings,
@@ -45,6 +44,7 @@ from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation
 from pitchlore.pipeline.stages.events.derive import events
 from pitchlore.pipeline.stages.paradigms.claims import verdicts
 from pitchlore.pipeline.stages.paradigms.experiments import Design, sweeps
+from pitchlore.pipeline.stages.seasons.settings import named_settings
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.stages.values import models, shooting
 from pitchlore.pipeline.stages.values.chances import FEATURES
@@ -55,13 +55,7 @@ from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
 from pitchlore.pipeline.views.commentary.summary import heading, summary_lines
 from pitchlore.pipeline.views.report import write_report
-from pitchlore.schemas import (
-    PUBLIC,
-    Evaluations,
-    Situations,
-    Table,
-    Trajectories,
-)
+from pitchlore.schemas import PUBLIC, Evaluations, Patterns, Policies, Situations, States, Table, Trajectories
 
 #: Settings of all stages: the usual ones, but for what is off.
 SETTINGS = Settings(options=OptionSettings(recover=True))
@@ -143,14 +137,9 @@ def _log(start_s: float, end_s: float) -> MatchLog:
 def _data() -> tempfile.TemporaryDirectory[str]:
     """A data folder after all stages over the clip; it goes with the process."""
     folder = tempfile.TemporaryDirectory(prefix="golden-")
-    store, settings = Store(Path(folder.name)), SETTINGS
-    file = store.root / "clip.csv"  # its bytes do not depend on how Parquet is written
+    file = Path(folder.name, "clip.csv")  # its bytes do not depend on how Parquet is written
     clip(*CLIP).write_csv(file)
-    import_recording(store, Recording(file=file))
-    scope = scope_of(store)
-    STAGES.make(store, settings, scope)
-    for noun in STAGES.versioned:
-        emit(store, STAGES[noun], STAGES[noun].settings(settings), scope)
+    run(file.parent, [Recording(file=file)], SETTINGS)
     return folder
 
 
@@ -193,6 +182,23 @@ def commentary_clip() -> Golden:
     reported = commentary(MatchTables(stored_match(store, next(store.receipts("matches")))))
     lines = [*heading(reported.summary), *(moment.line() for moment in reported.moments), "", *summary_lines(reported.summary)]
     return Golden("\n".join(lines), settings={"commentary": CommentarySettings().model_dump(mode="json")})
+
+
+def scored(name: str) -> Golden:
+    """Behaviours of the clip by the paper's scoring, how many and the best; and the best states, in words."""
+    with _folder() as data:
+        shutil.copytree(_data().name, data, ignore=shutil.ignore_patterns("knowledge", "policies"), dirs_exist_ok=True)
+        run(data, [], settings := named_settings(name).pipeline)
+        store = Store(data)
+        behaviours = store.read_table(next(store.receipts("behaviours")), Patterns.NAME, Patterns)
+        policies, states = (store.read_table(store.latest("policies"), table.NAME, table) for table in (Policies, States))
+    best = policies.join(states, on=("role", "key", "state")).sort("q", "behaviour_id", descending=True).head(2)
+    return Golden(_csv(
+        behaviours.sort("value", "behaviour_id", descending=True).group_by("n").agg(
+            pl.len().alias("kept"), pl.sum("support"), pl.first("behaviour_id", "value", "paper", "neuron")).sort("n"),
+        best.select("behaviour_id", "q", pl.col("elements").list.join("; "))),
+        _versions("sides", "sequences", "knowledge", "policies", "behaviours"), settings.model_dump(mode="json", exclude_defaults=True),
+        inputs=_digest(chain("sequences").content, settings.model_dump_json()))
 
 
 def paradigms() -> Golden:
@@ -309,6 +315,7 @@ def _folder() -> Iterator[Path]:
 CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     **{f"{noun}/clip-120s.txt": (lambda noun=noun: chain(noun))
        for noun, stage in STAGES.items() if stage.per is not Per.OWN and stage.schemas},
+    **{f"behaviours/{name}.txt": (lambda name=name: scored(name)) for name in ("paper", "paper-literal")},
     "models/sample.txt": fitted,
     "schemas/tables.txt": tables,
     "matches/rsim-3s.txt": log,
