@@ -176,8 +176,7 @@ def test_cost_of_a_team(agents):
         return learn(game, settings, Training(np.zeros(steps)), run=0, seeds=SEEDS).q
 
     pays, eager = np.arange(3.0**agents), TeamQ(step_size=1.0, initial=100.0)
-    own = pays.reshape(*(3,) * agents, 1) + np.arange(agents) - (agents - 1) / 2  # each agent's; the mean is the team's
-    game = matrix.matrix_game("mean", own, individual=True)
+    game = matrix.matrix_game("mean", pays.reshape(*(3,) * agents, 1) + np.arange(agents) - (agents - 1) / 2, individual=True)
     assert (table(game, eager, 3**agents - 1) == eager.initial).sum() == 1
     assert table(game, eager, 3**agents).tolist() == [[pays.tolist()]]
     assert [table(game, rule, 1).size for rule in (JAQ(), IQ())] == [agents * 3**agents, agents * 3]

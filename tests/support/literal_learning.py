@@ -271,12 +271,11 @@ class TeamQ(IQ):
 
     @staticmethod
     def alone(game):
-        orders = list(product(range(game.actions), repeat=game.agents))
-
         def step(state, joint):
             after, outcomes, *facts = game.step(state, orders[joint[0]])
             return Step(after, [[sum(got) / len(got)] for got in outcomes], *facts)
 
+        orders = list(product(range(game.actions), repeat=game.agents))
         return SimpleNamespace(agents=1, actions=len(orders), start=game.start, step=step, sees=game.sees)
 
 
