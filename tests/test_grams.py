@@ -239,13 +239,6 @@ class TestMerge:
         assert total.select("role", "codes", "n", "count").rows() == [
             ("midfield", [1], 1, 4), ("midfield", [21], 1, 6)]
 
-    def test_small_buffer(self, monkeypatch):
-        """A merge gives the same however little it holds back."""
-        tables = [table_of(([1, 11, 21], [1], [(3, "home")]), 1) for _ in range(9)]
-        whole = merge(tables)
-        monkeypatch.setattr("pitchlore.pipeline.numbers.sums._BUFFERED_ROWS", 2)
-        assert_frame_equal(merge(iter(tables)), whole, check_exact=True)
-
 
 class TestCover:
     def test_overlaps(self):

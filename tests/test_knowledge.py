@@ -66,13 +66,6 @@ class TestOccasions:
         assert_frame_equal(occasions(iter([decisions(*found[:cut]), decisions(*found[cut:])]), 1), whole,
                            check_exact=True)
 
-    def test_small_buffer(self, monkeypatch):
-        """Occasions are the same however little is held back."""
-        tables = [decisions((i % 3, "striker-046", 0.1)) for i in range(20)]
-        whole = occasions(tables, 1)
-        monkeypatch.setattr("pitchlore.pipeline.numbers.sums._BUFFERED_ROWS", 2)
-        assert_frame_equal(occasions(tables, 1), whole, check_exact=True)
-
     def test_initial_values(self):
         """A pair begins with the greatest value of its state and role, or the optimistic one above it."""
         seen = decisions((5, "striker-046", 0.5), (5, "striker-001-011", -0.25), (2, "striker-046", -0.5))

@@ -2,10 +2,12 @@
 
 import numpy as np
 import polars as pl
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
+from pitchlore.pipeline.numbers import sums
 from pitchlore.pipeline.numbers.sums import added_up, exact
 
 FEW = st.integers(-3, 3)
@@ -26,6 +28,9 @@ def test_by_number(rows, cut, order):
     found = added_up([parts[i] for i in order], "key")
     assert_frame_equal(found, added_up(parts, ["key"]).sort("key"), check_exact=True)
     assert_frame_equal(added_up([found], "key"), found, check_exact=True)
+    with pytest.MonkeyPatch.context() as little:  # however little is held back
+        little.setattr(sums, "_BUFFERED_ROWS", 2)
+        assert_frame_equal(added_up(iter(parts), "key"), found, check_exact=True)
 
 
 def test_many():
