@@ -1,24 +1,19 @@
 """Executors: robots that do what their situations say, so that the recogniser would say so too."""
 
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.executions import confusion
+from support.executions import confusion, said, trials
 from support.openings import (
     BY_CHANCE,
     CODES,
     FRAME_S,
-    VSSS,
     M,
     driven,
-    filmed,
     mirrored,
-    openings,
-    perform,
     roles_of,
     splitmix,
     view_of,
@@ -30,8 +25,6 @@ from pitchlore.pipeline.game.tactics import executors
 from pitchlore.pipeline.game.tactics.executors.actions import ACTION, LIMIT_S
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
-from pitchlore.pipeline.settings import SituationSettings
-from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
 
 # For how many of the scenes the final condition must be reached (other codes: 0.7).
@@ -41,26 +34,11 @@ AT_LEAST = {11: 0.5, 22: 0.5, 23: 0.5, 45: 0.4, 128: 0.5}
 ELSEWHERE = (88, 98, 118, 128, 138, 139, 140, 150, 151, 152, 162, 163, 173, 174)
 
 
-@cache
-def trials():
-    """For each code, what came of it in 30 scenes in which it may begin: (track, over) each."""
-    return {
-        code: [perform(scene, roles, code, seed) for scene, roles, seed in chosen]
-        for code, chosen in openings(seed=1, each=30).items()
-    }
-
-
 def shares_named():
     """Shares of the trials of a code, and of the trials of others, in which the recogniser says the code without a ball."""
-    done = [(code, track) for code, tracks in trials().items() for track, _ in tracks if len(track) > 1]
-    seen = filmed([track for _, track in done])
-    table = recognise(seen.filter(seen["team"] != "ball"), VSSS, SituationSettings())
-    mine = table.filter((table["team"] == "home") & (table["robot"] == 1))
-    said = [set() for _ in done]
-    for segment, code in mine.select("segment", "code").iter_rows():
-        said[segment].add(code)
+    done = said(1, ball=False)
     labels = np.array([label for label, _ in done])
-    is_said = {code: np.array([code in codes for codes in said]) for code in (*ELSEWHERE, BY_CHANCE)}
+    is_said = {code: np.array([code in codes for _, codes in done]) for code in (*ELSEWHERE, BY_CHANCE)}
     return ({code: held[labels == code].mean() for code, held in is_said.items()},
             {code: held[labels != code].mean() for code, held in is_said.items()})
 
@@ -73,7 +51,7 @@ class TestExecutors:
     @pytest.mark.parametrize("code", CODES)
     def test_reaches_its_end(self, code):
         """An executor mostly reaches its final condition, and always ends in time."""
-        tracks = trials()[code]
+        tracks = trials(1)[code]
         assert len(tracks) == 30
         lasted = np.array([len(track) * FRAME_S for track, _ in tracks])
         over = np.array([over for _, over in tracks])
@@ -88,7 +66,7 @@ class TestExecutors:
         """A pass often reaches a team-mate, and a ball given away an adversary."""
         others = slice(4, 7) if code == 22 else slice(2, 4)
         got = [
-            np.hypot(*(track[-1, others, :2] - track[-1, 0, :2]).T).min() < M.contact for track, _ in trials()[code]
+            np.hypot(*(track[-1, others, :2] - track[-1, 0, :2]).T).min() < M.contact for track, _ in trials(1)[code]
         ]
         assert np.mean(got) >= 0.4
 
@@ -107,7 +85,7 @@ class TestExecutors:
         last = np.array([named[code].last.get(code, 0) / named[code].count for code in CODES])
         # one guess in 32 codes would be right by chance
         assert last.mean() > 10 / len(CODES)
-        ever = np.array([[named[code].ever.get(said, 0) / named[code].count for said in CODES] for code in CODES])
+        ever = np.array([[named[code].ever.get(other, 0) / named[code].count for other in CODES] for code in CODES])
         others = (ever.sum(axis=0) - ever.diagonal()) / (len(CODES) - 1)
         # 046 and 034 hide the codes of ELSEWHERE, see above
         hidden = np.isin(CODES, ELSEWHERE)

@@ -30,22 +30,30 @@ class Named(NamedTuple):
 
 
 @cache
-def confusion() -> dict[int, Named]:
-    """For each executed code, what the recogniser called it."""
-    films, labels = [], []
-    for code, chosen in openings(seed=2, each=EACH).items():
-        for scene, roles, seed in chosen:
-            track, _ = perform(scene, roles, code, seed)
-            if len(track) > 1:  # nothing is seen in one frame
-                films.append(track)
-                labels.append(code)
-    table = recognise(filmed(films), VSSS, SituationSettings())
-    said = [[] for _ in films]
+def trials(seed: int) -> dict[int, list[tuple[np.ndarray, bool]]]:
+    """For each code, what came of it in scenes in which it may begin: (track, over) each."""
+    return {
+        code: [perform(scene, roles, code, chance) for scene, roles, chance in chosen]
+        for code, chosen in openings(seed, each=EACH).items()
+    }
+
+
+def said(seed: int, *, ball: bool = True) -> list[tuple[int, list[int]]]:
+    """For each trial of more frames than one, its code and those that the recogniser says of it, with its ball or without."""
+    done = [(code, track) for code, tracks in trials(seed).items() for track, _ in tracks if len(track) > 1]
+    seen, found = filmed([track for _, track in done]), [[] for _ in done]
+    table = recognise(seen if ball else seen.filter(seen["team"] != "ball"), VSSS, SituationSettings())
     mine = table.filter((table["team"] == "home") & (table["robot"] == 1)).sort("segment", "end_ns")
     for segment, code in mine.select("segment", "code").iter_rows():
-        said[segment].append(code)
+        found[segment].append(code)
+    return [(label, codes) for (label, _), codes in zip(done, found, strict=True)]
+
+
+@cache
+def confusion() -> dict[int, Named]:
+    """For each executed code, what the recogniser called it."""
     named = {code: Named(0, Counter(), Counter()) for code in CODES}
-    for label, codes in zip(labels, said, strict=True):
+    for label, codes in said(2):
         before = named[label]
         before.ever.update(set(codes))
         before.last[next((code for code in reversed(codes) if code != BY_CHANCE), BY_CHANCE)] += 1
