@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from support.played import policy, starting
+from support.watched import Replayed
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
-from pitchlore.pipeline.arena.match.controllers import Controller, LearnedTeam, PolicyTables, controller_of
+from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, controller_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
@@ -36,16 +37,6 @@ TOP = SHORT.physics.wheel_speed
 @pytest.fixture(autouse=True)
 def _hidden_window(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-
-
-class Replayed(Controller):
-    """Turns the wheels by a script: float64 [frames, N, 2]."""
-
-    def __init__(self, script):
-        self.script = script
-
-    def think(self, frame, view, wheels):
-        wheels[:] = self.script[frame]
 
 
 def recipe_of(home="human", away="human", seed=3, settings=SHORT):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import multiprocessing
 import os
 import re
@@ -19,8 +20,7 @@ from hostile.make import DERBY, HOSTILE, Hostile
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from recordings.make import FILES
-from support.bounds import Reader
-from support.processes import pitchlore
+from support.processes import answering, line, pitchlore, tell
 from support.recordings import same
 
 from pitchlore.flows.commands.printing import print_frame
@@ -51,11 +51,11 @@ NAMES = [b"newline\nin it.csv", b"\x1b]0;owned\x07\x1b[31mred.csv", b"not utf-8 
 
 
 @pytest.fixture(scope="module")
-def reader() -> Iterator[Reader]:
+def reader() -> Iterator[subprocess.Popen[str]]:
     """A process that reads, and says what that cost."""
-    process = Reader()
-    yield process
-    process.close()
+    with answering("support.bounds") as process:
+        assert line(process) == "ready"
+        yield process
 
 
 @pytest.mark.slow
@@ -67,7 +67,8 @@ def test_bounds(tmp_path, reader, case: Hostile):
     if case.mapping is not None:
         mapping = tmp_path / f"{case.name}.toml"
         mapping.write_text(case.mapping)
-    said, seconds, megabytes = reader.read(file, mapping)
+    tell(reader, json.dumps([str(file), str(mapping or "")]))
+    said, seconds, megabytes = json.loads(line(reader))
     assert re.search(case.said, said) if case.said else said == "read", said
     assert "\n" not in said
     assert len(said) < 2_000
@@ -257,9 +258,9 @@ def test_errors_cross_processes(kind):
 def test_markdown():
     """A stranger's text in a report is shown as it is, and becomes no link, picture or HTML."""
     report = StageReport(noun="matches", failed={"![x](http://a.b/c.png)<script>": "see [this](http://a.b) | `x`"})
-    for line in report.markdown().splitlines()[2:]:
-        bare = re.sub(r"\\.", "", line.replace("**", ""))
-        assert not re.search(r"[\[\]()<>!`|]", bare), line
+    for row in report.markdown().splitlines()[2:]:
+        bare = re.sub(r"\\.", "", row.replace("**", ""))
+        assert not re.search(r"[\[\]()<>!`|]", bare), row
 
 
 @pytest.mark.parametrize("title", ["", "[/] [red]x \x1b[31m\n y"])

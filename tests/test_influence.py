@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_sarsa import batch
 
 from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.stages.policies.influence import Influence
@@ -14,7 +15,6 @@ from pitchlore.pipeline.stages.policies.sarsa import (
     TRACE_FLOOR,
     TRUNCATED,
     UNKNOWN,
-    Transitions,
     sarsa_lambda,
 )
 
@@ -36,10 +36,7 @@ def test_three_decisions():
     """Three decisions are influenced and learned from as worked by hand."""
     # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
     # mate decides on pair 2 at 1 s, for which the goal is 3 s off. gamma 1, alpha 1/2, no traces.
-    data = Transitions(
-        pair=np.array([0, 1, 2]), elapsed=np.array([2.0, 2.0, 3.0]), reward=np.array([0.0, 1.0, 1.0]),
-        ends=np.array([CONTINUES, TERMINAL, TERMINAL], np.int8),
-    )
+    data = batch([(0, 2.0, 0.0, CONTINUES), (1, 2.0, 1.0, TERMINAL), (2, 3.0, 1.0, TERMINAL)])
     q = np.array([0.4, 0.2, 1.5])
     swayed = among([(7, 0, 0, 0), (7, 0, 2, 1), (7, 1, 1, 2)], [1.0, 0.75, 0.25], rate=0.5)
     # by the values at the start the errors are .2 - .4 = -.2, 1 - .2 = .8, 1 - 1.5 = -.5
@@ -114,11 +111,6 @@ def literal(q, rows, where, share, rate, step_size, discount, trace_decay, sweep
                     if trace[pair] < TRACE_FLOOR:
                         del trace[pair]
     return q
-
-
-def batch(rows):
-    pair, elapsed, reward, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return Transitions(np.array(pair, np.int64), np.array(elapsed, float), np.array(reward, float), np.array(ends, np.int8))
 
 
 unit = st.floats(0, 1)

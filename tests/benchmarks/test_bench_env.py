@@ -6,9 +6,9 @@ beforehand: what a learner's own network takes is not in it.
 
 import numpy as np
 import pytest
+from support.watched import Replayed
 
 from pitchlore.pipeline.arena.env import BEHAVIOURS, env, parallel_env
-from pitchlore.pipeline.arena.match.controllers import Controller
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 
@@ -24,16 +24,6 @@ def drawn(steps, high=None):
     if high is not None:
         return rng.integers(high, size=(steps, 6))
     return np.repeat(rng.uniform(-1, 1, (-(-steps // HELD), 6, 2)).astype(np.float32), HELD, axis=0)[:steps]
-
-
-class Replayed(Controller):
-    """Turns the wheels of a list, a frame each."""
-
-    def __init__(self, wheels):
-        self.wheels = wheels
-
-    def think(self, frame, view, wheels):
-        wheels[:] = self.wheels[frame % FRAMES]
 
 
 def measure(timed, begin, actions):

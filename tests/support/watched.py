@@ -1,4 +1,4 @@
-"""A controller whose views and wheels are kept."""
+"""Controllers: one whose views and wheels are kept, one that plays by a script."""
 
 import numpy as np
 
@@ -25,3 +25,13 @@ class Watched(Controller):
 
     def decided(self):
         return self.inner.decided()
+
+
+class Replayed(Controller):
+    """Turns the wheels by a script: float64 [frames, N, 2]."""
+
+    def __init__(self, script):
+        self.script = script
+
+    def think(self, frame, view, wheels):
+        wheels[:] = self.script[frame]
