@@ -7,16 +7,15 @@ import numpy as np
 import polars as pl
 import pytest
 from support.league import copied
-from support.recordings import RSIM, imported
+from support.recordings import RSIM, bodies_of, imported
 from support.rows import bodies
 
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.settings import ChanceSettings, EventSettings, Settings, TrajectorySettings
+from pitchlore.pipeline.settings import ChanceSettings, EventSettings, Settings
 from pitchlore.pipeline.stages.events.derive import events
 from pitchlore.pipeline.stages.events.in_way import in_way
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.stages.values.chances import (
     FEATURES,
     ShotModels,
@@ -83,8 +82,7 @@ def test_aside():
 
 def test_before_the_touch():
     """Nothing after the touch has a part in what a shot is judged by, its cover and count included."""
-    log = imported(RSIM)
-    table, _ = trajectories(log, TrajectorySettings())
+    log, table = imported(RSIM), bodies_of(RSIM)
     shots = events(table, log.referee, log.info.pitch, EventSettings()).shots
     shot = shots.row(5, named=True)
     then = table.filter(pl.col("t_ns") <= shot["t_ns"])

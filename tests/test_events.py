@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 from support.logs import make_log, ns, swapped
-from support.recordings import ALL, INSPER, imported
+from support.recordings import ALL, INSPER, bodies_of, imported
 
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -266,8 +266,7 @@ def test_on_recordings(name):
 @pytest.mark.parametrize("name", ALL)
 def test_turned(name):
     """Where home and away change places, and the pitch is turned, the events do, too."""
-    log = imported(name)
-    table, _ = trajectories(log, TrajectorySettings())
+    log, table = imported(name), bodies_of(name)
     turned = swapped(table.with_columns(-pl.col("x", "y", "vx", "vy"))).sort("team", "robot", "t_ns")
     one, two = (events(rows, referee, log.info.pitch, EventSettings()) for rows, referee in (
         (table, log.referee), (turned, swapped(log.referee))))
@@ -277,8 +276,7 @@ def test_turned(name):
 
 def test_server_kicks():
     """The passes of a 2D match are those that the server's counters of kicks give by loganalyzer3's rule."""
-    log = imported(INSPER)
-    table, _ = trajectories(log, TrajectorySettings())
+    log, table = imported(INSPER), bodies_of(INSPER)
     in_play = table.filter(pl.col("team") == "ball", pl.col("segment").is_not_null()).select("t_ns", "segment")
     kicks = log.commands.filter(pl.col("command").is_in(["kick", "tackle"])).join(in_play, on="t_ns").sort("t_ns")
     sole = kicks.filter(pl.col("team").n_unique().over("t_ns") == 1)

@@ -1,6 +1,5 @@
 """A match that comes part by part has the situations that it has as a whole."""
 
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -10,16 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from polars.testing import assert_frame_equal
-from support.recordings import INSPER, RCSS, RSIM, SSL, imported
+from support.recordings import INSPER, RCSS, RSIM, SSL, bodies_of, imported
 from support.scenes import SCENES, film, goes
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
-from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations.dense import Densifier, dense_match
 from pitchlore.pipeline.stages.situations.incremental import Recogniser
 from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Situations
 
 DEFAULT = SituationSettings()
@@ -50,11 +48,9 @@ def check(table: pl.DataFrame, pitch: Pitch, ends: list[int], look_at: float, rn
             assert_frame_equal(found, recognise(so_far, pitch, DEFAULT))
 
 
-@cache
 def match(name: str) -> tuple[pl.DataFrame, Pitch]:
     """Trajectories and pitch of a recording."""
-    log = imported(name)
-    return trajectories(log, TrajectorySettings())[0], log.info.pitch
+    return bodies_of(name), imported(name).info.pitch
 
 
 @pytest.mark.parametrize("most", [3, 200])

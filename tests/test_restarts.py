@@ -2,16 +2,15 @@
 
 import polars as pl
 import pytest
-from support.recordings import ALL, RSIM, imported
+from support.recordings import ALL, RSIM, bodies_of, imported
 from test_events import GIVE, HOME, found, match
 
 from pitchlore.pipeline.importers.rcg.events import _RESTARTS
 from pitchlore.pipeline.importers.tracking.states import _WORDS_OF
 from pitchlore.pipeline.numbers.statistics import wilson
-from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
+from pitchlore.pipeline.settings import EventSettings
 from pitchlore.pipeline.stages.events.derive import events
 from pitchlore.pipeline.stages.events.restarts import kind_of
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.views.scout.restarts import SOON_S, any_moment, paid
 from pitchlore.schemas import Restarts
 from pitchlore.schemas.restarts import RESTARTS
@@ -90,8 +89,7 @@ def test_on_recordings(name):
 
 def test_control():
     """The control counts the samples of play that are followed by a shot or a goal, as a loop over them does."""
-    log = imported(RSIM)
-    table, _ = trajectories(log, TrajectorySettings())
+    log, table = imported(RSIM), bodies_of(RSIM)
     it = events(table, log.referee, log.info.pitch, EventSettings())
     both = any_moment(table, it.shots, log.referee)
     ball = table.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())

@@ -10,16 +10,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.literal import Found, recognise_literally
-from support.recordings import INSPER, RCSS, RSIM, SSL, beside, imported
+from support.recordings import INSPER, RCSS, RSIM, SSL, beside, bodies_of, imported
 from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
-from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.situations.rulebook import rule_table, term_table
 from pitchlore.pipeline.stages.situations.rules import RULES, TABLE_1, Start
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Situations
 
 VSSS = PITCHES[Kind.VSSS]
@@ -269,8 +268,7 @@ class TestLiteral:
     ])
     def test_same_on_recordings(self, name, start_s, end_s, least_codes):
         """Recordings have the situations that the literal reading of the rules finds."""
-        log = imported(name)
-        table, _ = trajectories(log, TrajectorySettings())
+        log, table = imported(name), bodies_of(name)
         clip = table.filter(pl.col("t_ns").is_between(start_s * 10**9, end_s * 10**9, closed="left"))
         fast = rows_of(clip, log.info.pitch)
         assert len({row.code for row in fast}) >= least_codes
@@ -359,8 +357,7 @@ class TestProperties:
 
     def test_blocks_do_not_show(self, monkeypatch):
         """The size of the blocks that are computed at once does not show in the situations."""
-        table, _ = trajectories(imported(RSIM), TrajectorySettings())
-        clip = table.filter(pl.col("t_ns") < 30 * 10**9)
+        clip = bodies_of(RSIM).filter(pl.col("t_ns") < 30 * 10**9)
         whole = recognise(clip, VSSS, DEFAULT)
         monkeypatch.setattr("pitchlore.pipeline.stages.situations.matching.REGISTERS", 3_000)
         assert_frame_equal(whole, recognise(clip, VSSS, DEFAULT))

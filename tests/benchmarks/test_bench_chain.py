@@ -8,18 +8,16 @@ import textwrap
 from itertools import takewhile
 from pathlib import Path
 
-import polars as pl
 import pytest
 from conftest import SAMPLE
 from support.receipts import put_receipt, receipt_at
-from support.recordings import RSIM, imported
+from support.recordings import RSIM, bodies_of
 
 from pitchlore.pipeline.engine.matches import import_recording
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.settings import Settings, TrajectorySettings
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.tables import to_parquet
@@ -49,15 +47,12 @@ def test_ours(timed, tmp_path):
     timed(PLAY_S, "seconds of play", lambda: chain(tmp_path / str(next(folders))), rounds=5)
 
 
-@pytest.fixture(scope="module")
-def table() -> pl.DataFrame:
-    return trajectories(imported(RSIM), TrajectorySettings())[0]
-
-
 @pytest.mark.benchmark(group="trajectories to Parquet")
 @pytest.mark.parametrize("how", ["ours, checked against the schema", "polars, zstd 1, unchecked", "pyarrow defaults"])
-def test_write(benchmark, table, how):
+def test_write(benchmark, how):
     import pyarrow.parquet
+
+    table = bodies_of(RSIM)
 
     def plain() -> bytes:
         buffer = io.BytesIO()

@@ -9,14 +9,13 @@ import os
 import polars as pl
 import pytest
 from support.as_packets import vsss_packets_of
-from support.recordings import RSIM, imported
+from support.recordings import RSIM, bodies_of, imported
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.live.following import Follower, prepare
-from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations.incremental import Recogniser
 from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 SETTINGS = SituationSettings()
 PITCH = PITCHES[Kind.VSSS]
@@ -27,7 +26,7 @@ SECONDS, EVERY = 10.0, 8
 @pytest.fixture(scope="module")
 def parts():
     """Samples of the longest segment's first thirty seconds, in parts of so many."""
-    table = trajectories(imported(RSIM), TrajectorySettings())[0].drop_nulls("segment")
+    table = bodies_of(RSIM).drop_nulls("segment")
     longest = table["segment"].value_counts(sort=True)["segment"][0]
     table = table.filter(pl.col("segment") == longest)
     sample = table["frame"].rank("dense") - 1

@@ -2,22 +2,20 @@
 
 import polars as pl
 import pytest
-from support.recordings import RSIM, imported
+from support.recordings import RSIM, bodies_of
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.settings import OptionSettings, SituationSettings, TrajectorySettings
+from pitchlore.pipeline.settings import OptionSettings, SituationSettings
 from pitchlore.pipeline.stages.options.likelihood import shipped_ratios
 from pitchlore.pipeline.stages.options.recover import options
 from pitchlore.pipeline.stages.situations.recognise import recognise
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 VSSS, SETTINGS = PITCHES[Kind.VSSS], OptionSettings()
 
 
 @pytest.fixture(scope="module")
 def table():
-    whole = trajectories(imported(RSIM), TrajectorySettings())[0]
-    return whole.filter(pl.col("t_ns") < 60e9)
+    return bodies_of(RSIM).filter(pl.col("t_ns") < 60e9)
 
 
 @pytest.mark.benchmark(group="options and situations")

@@ -15,17 +15,16 @@ import numpy as np
 import pytest
 import skfuzzy
 from skfuzzy import control
-from support.recordings import RSIM, imported
+from support.recordings import RSIM, bodies_of, imported
 
 from pitchlore.pipeline.game.pitch import SCALES, Kind
-from pitchlore.pipeline.settings import SituationSettings, TrajectorySettings
+from pitchlore.pipeline.settings import SituationSettings
 from pitchlore.pipeline.stages.situations import conditions, fuzzy, signals
 from pitchlore.pipeline.stages.situations.conditions import execute
 from pitchlore.pipeline.stages.situations.dense import dense_match
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.situations.rulebook import compiled, variable_of
 from pitchlore.pipeline.stages.situations.rules import MACROS, RULES, Start
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 TERMS = fuzzy.terms(SCALES[Kind.VSSS])
 OWN = compiled(Kind.VSSS)["own"]
@@ -37,14 +36,9 @@ BLOCK = 512
 
 
 @pytest.fixture(scope="module")
-def table():
-    return trajectories(imported(RSIM), TrajectorySettings())[0]
-
-
-@pytest.fixture(scope="module")
-def rows(table):
+def rows():
     """Signals OWN of one robot, float64 [len(OWN), N]; no NaN, which the control simulation refuses."""
-    scene = dense_match(table, SCALES[Kind.VSSS])
+    scene = dense_match(bodies_of(RSIM), SCALES[Kind.VSSS])
     distances = signals.ball_distances(scene.poses, scene.ball)
     near = signals.nearest_to_ball(distances, scene.team == 1, scene.ball)
     n = len(scene.t_ns)
@@ -166,7 +160,7 @@ def test_skfuzzy_control_with_arrays(timed, rows):
 
 
 @pytest.mark.benchmark(group="whole recogniser")
-def test_ours_whole(timed, table):
-    pitch, options = imported(RSIM).info.pitch, SituationSettings()
+def test_ours_whole(timed):
+    table, pitch, options = bodies_of(RSIM), imported(RSIM).info.pitch, SituationSettings()
     recognise(table, pitch, options)
     timed(table.filter(table["team"] != "ball").height, "robot-samples", recognise, (table, pitch, options), rounds=20)

@@ -6,12 +6,11 @@ import numpy as np
 import polars as pl
 import pytest
 from sklearn.ensemble import HistGradientBoostingClassifier
-from support.recordings import RSIM, imported
+from support.recordings import RSIM, bodies_of, imported
 from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.numbers import trees
-from pitchlore.pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
-from pitchlore.pipeline.stages.trajectories.derive import trajectories
+from pitchlore.pipeline.settings import ModelSettings, MomentSettings
 from pitchlore.pipeline.stages.values.fitting import fit, grow
 from pitchlore.pipeline.stages.values.moments import moments
 
@@ -23,7 +22,7 @@ SETTINGS = ModelSettings()
 def looked():
     """Bodies, referee and pitch of the sample, and its moments."""
     log = imported(RSIM)
-    bodies, _ = trajectories(log, TrajectorySettings())
+    bodies = bodies_of(RSIM)
     return bodies, log.referee, log.info.pitch, moments(bodies, log.referee, log.info.pitch, MomentSettings())
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from conftest import RECORDINGS, SAMPLE
 
@@ -14,6 +15,8 @@ from pitchlore.pipeline.importers import readers
 from pitchlore.pipeline.importers.source import SourceFile, inflate
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import Frames, MatchLog
+from pitchlore.pipeline.settings import TrajectorySettings
+from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import Commands, Decisions, Quality, Referee
 
 RSIM = "rsim-vss-3v3.parquet"
@@ -54,6 +57,12 @@ def taken_for(data: bytes, name: str, form: str) -> SourceFile:
 def imported(name: str) -> MatchLog:
     """A recording as a match."""
     return read(recording(name), name)
+
+
+@cache
+def bodies_of(name: str) -> pl.DataFrame:
+    """The trajectories of a recording."""
+    return trajectories(imported(name), TrajectorySettings())[0]
 
 
 def same_frames(one: Frames, two: Frames) -> bool:
