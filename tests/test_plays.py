@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from support.watched import Replayed
 
 from pitchlore.flows.commands.playing import Learners
 from pitchlore.pipeline.arena.env import env
-from pitchlore.pipeline.arena.match.controllers import Controller, controllers_of
+from pitchlore.pipeline.arena.match.controllers import controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.base.errors import BadSettings
@@ -44,13 +45,6 @@ def test_a_policy_keeps_its_clock(tmp_path, text, kept):
     assert entrant(own, "learned", {}, clock_s=0.7, predict_s=0.0).settings.predict_s == 0.0
 
 
-class Still(Controller):
-    """Its robots stand."""
-
-    def think(self, frame, view, wheels):
-        wheels[:] = 0.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [_LOOKS, _STATES], ids=["looks", "looks up states"])
 def test_an_opponent_in_an_environment(tmp_path, text):
@@ -62,7 +56,7 @@ def test_an_opponent_in_an_environment(tmp_path, text):
     team = entrant(Store(tmp_path), season.id, policies)
     assert one.match.recipe.away == team.settings
     recipe = one.match.recipe
-    recorded = MatchInPlay(recipe, controllers_of(recipe, policies, live=(Still(), None)), logged=False)
+    recorded = MatchInPlay(recipe, controllers_of(recipe, policies, live=(Replayed(np.zeros((600, 3, 2))), None)), logged=False)
     recorded.advance(600)
     for _ in range(600):
         one.step(np.zeros(6, np.float32))

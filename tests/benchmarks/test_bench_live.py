@@ -34,7 +34,7 @@ def parts():
 
 
 @pytest.mark.benchmark(group="situations while a match is played")
-def test_ours(benchmark, parts):
+def test_ours(timed, parts):
     def run():
         recogniser = Recogniser("m", PITCH, SETTINGS)
         for part in parts:
@@ -42,22 +42,21 @@ def test_ours(benchmark, parts):
             found = recogniser.open()
         return found
 
-    found = benchmark(run)
-    benchmark.extra_info |= {"units": len(parts), "unit": "looks"}
+    found = timed(len(parts), "looks", run, rounds=5, warmup_rounds=1)
     whole = recognise(pl.concat(parts).sort("team", "robot", "t_ns"), PITCH, SETTINGS)
     assert found.drop("match_id").equals(whole.drop("match_id"))
 
 
 @pytest.mark.benchmark(group="situations while a match is played")
-def test_the_segment_anew(benchmark, parts):
+def test_the_segment_anew(timed, parts):
     whole = pl.concat(parts).sort("team", "robot", "t_ns")
     ends = [part["t_ns"].max() for part in parts]
-    benchmark(lambda: [recognise(whole.filter(pl.col("t_ns") <= end), PITCH, SETTINGS) for end in ends])
-    benchmark.extra_info |= {"units": len(parts), "unit": "looks"}
+    timed(len(parts), "looks", lambda: [recognise(whole.filter(pl.col("t_ns") <= end), PITCH, SETTINGS) for end in ends],
+          rounds=5, warmup_rounds=1)
 
 
 @pytest.mark.benchmark(group="a match in a window")
-def test_follow_and_paint(benchmark):
+def test_follow_and_paint(timed):
     pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
     from pitchlore.pipeline.arena.window.screen import Board
@@ -76,6 +75,5 @@ def test_follow_and_paint(benchmark):
                 board.show(picture_of(live, "game on", None, 0.0))
 
     with Board(PITCH, ("blue", "yellow"), 3) as board:
-        benchmark(run)
+        timed(SECONDS, "seconds of play, 40 pictures each", run, rounds=5, warmup_rounds=1)
     pygame.quit()
-    benchmark.extra_info |= {"units": SECONDS, "unit": "seconds of play, 40 pictures each"}

@@ -112,7 +112,7 @@ def mcap_log(times, payloads):
 @pytest.mark.parametrize(
     "how", ["ours", "mcap + mcap_ros2", "mcap, messages encoded before", "bound: zstd of the ready chunks"]
 )
-def test_write(benchmark, how, log, data, chunks, dicts):
+def test_write(timed, how, log, data, chunks, dicts):
     times = log.frames.t_ns.tolist()
     payloads = [m.data for _, _, m in make_reader(io.BytesIO(data)).iter_messages()]
     raw = [zstandard.decompress(chunk.data) for chunk in chunks]
@@ -131,6 +131,5 @@ def test_write(benchmark, how, log, data, chunks, dicts):
             len(zstandard.ZstdCompressor(level=matches.LEVEL).compress(content)) for content in raw
         ),
     }[how]
-    benchmark.extra_info.update(units=FRAMES, unit="messages")
     rounds = 3 if how.startswith("mcap") else 20
-    assert benchmark.pedantic(run, rounds=rounds, warmup_rounds=1) > 1_000_000
+    assert timed(FRAMES, "messages", run, rounds=rounds, warmup_rounds=1) > 1_000_000

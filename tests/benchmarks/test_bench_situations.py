@@ -48,7 +48,7 @@ def rows():
 
 
 @pytest.mark.benchmark(group=f"{len(TEXTS)} fuzzy conditions")
-def test_ours(benchmark, rows):
+def test_ours(timed, rows):
     n = rows.shape[1] // BLOCK * BLOCK
     registers = np.empty((OWN.program.registers, BLOCK))
 
@@ -57,9 +57,7 @@ def test_ours(benchmark, rows):
             registers[: len(rows)] = rows[:, at:at + BLOCK]
             execute(OWN.program.steps, OWN.program.lines, registers, BLOCK)
 
-    run()
-    benchmark(run)
-    benchmark.extra_info |= {"units": n, "unit": "rows"}
+    timed(n, "rows", run, rounds=20, warmup_rounds=1)
 
 
 def built(text: str, leaf: Callable, very: Callable) -> Any:
@@ -111,10 +109,9 @@ def degree(text: str, rows: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.benchmark(group=f"{len(TEXTS)} fuzzy conditions")
-def test_skfuzzy_trapmf_and_numpy(benchmark, rows):
+def test_skfuzzy_trapmf_and_numpy(timed, rows):
     some = rows[:, :2_000]
-    found = benchmark(lambda: [degree(text, some) for text in TEXTS])
-    benchmark.extra_info |= {"units": some.shape[1], "unit": "rows"}
+    found = timed(some.shape[1], "rows", lambda: [degree(text, some) for text in TEXTS], rounds=20)
     code = conditions.compile_conditions(
         TEXTS, MACROS, signals.OWN, lambda signal, term: fuzzy.lines(TERMS[variable_of(signal)][term])
     )

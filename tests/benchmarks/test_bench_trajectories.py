@@ -34,22 +34,17 @@ def table(log):
 
 
 @pytest.mark.benchmark(group="trajectories of one match, the whole stage")
-def test_ours(benchmark, log):
-    benchmark.extra_info.update(units=ROWS, unit="rows")
-    table, _ = benchmark(trajectories, log, TrajectorySettings())
+def test_ours(timed, log):
+    table, _ = timed(ROWS, "rows", trajectories, (log, TrajectorySettings()), rounds=10, warmup_rounds=1)
     assert table.height == ROWS
 
 
-def kernel(part, t_ns, values):
-    return slopes(part, t_ns, values, HALF_NS, 3)
-
-
 @pytest.mark.benchmark(group="estimate velocities from positions")
-def test_ours_kernel(benchmark, table):
-    benchmark.extra_info.update(units=ROWS, unit="rows")
+def test_ours_kernel(timed, table):
     part = table.select(pl.struct("team", "robot", "segment").rle_id().cast(pl.Int64)).to_series().to_numpy()
     values = table.select("x", "y").to_numpy().T.astype(np.float64)
-    vx, vy = benchmark(kernel, part, table["t_ns"].to_numpy(), np.ascontiguousarray(values))
+    work = part, table["t_ns"].to_numpy(), np.ascontiguousarray(values), HALF_NS, 3
+    vx, vy = timed(ROWS, "rows", slopes, work, rounds=20, warmup_rounds=1)
     assert np.array_equal(vx, table["vx"])
     assert np.array_equal(vy, table["vy"])
 
@@ -77,9 +72,8 @@ def savgol(table):
 
 
 @pytest.mark.benchmark(group="estimate velocities from positions")
-def test_scipy_savgol_filter(benchmark, table):
-    benchmark.extra_info.update(units=ROWS, unit="rows")
-    found = np.concatenate(benchmark(savgol, table))
+def test_scipy_savgol_filter(timed, table):
+    found = np.concatenate(timed(ROWS, "rows", savgol, (table,), rounds=10))
     assert np.median(np.abs(found[:, 0] - table["vx"].to_numpy())) < 1e-3
 
 
