@@ -5,7 +5,7 @@ import math
 import numpy as np
 import polars as pl
 import pytest
-from support.logs import make_log, ns, swapped
+from support.logs import make_log, ns, still, swapped
 from support.recordings import ALL, INSPER, bodies_of, imported
 
 from pitchlore.pipeline.game.pitch import Kind
@@ -25,10 +25,6 @@ def found(log: MatchLog, **changes: float) -> Events:
                   Pressure.validate(it.pressure), Restarts.validate(it.restarts))
 
 
-def still(t, x, y):
-    return np.stack((0 * t + x, 0 * t + y, 0 * t), axis=1)
-
-
 def rolls(t, *points):
     """The ball's way through (time, x, y), in straight lines."""
     at, x, y = zip(*points, strict=True)
@@ -37,7 +33,7 @@ def rolls(t, *points):
 
 def match(ball, robots, seconds=4.0, referee=((0, "kick-off", "home"),), kind=Kind.VSSS):
     t = np.arange(round(seconds * 60)) / 60
-    bodies = {"ball": rolls(t, *ball)} | {key: still(t, *place) for key, place in robots.items()}
+    bodies = {"ball": rolls(t, *ball)} | {key: still(len(t), *place) for key, place in robots.items()}
     return make_log(t, bodies, referee=list(referee))
 
 

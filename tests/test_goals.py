@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
-from support.logs import make_log, ns, swapped
+from support.logs import make_log, ns, still, swapped
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import GoalSettings, TrajectorySettings
@@ -31,10 +31,6 @@ def verdict(log, *done, **changes):
     return row["robot"], row["kind"]
 
 
-def fixed(t, x, y):
-    return np.stack((0 * t + x, 0 * t + y, 0 * t), axis=1)
-
-
 def shot(*, speed=1.0, aside=0.0, kick=2.0, goal=None, others=None, turns_at=9.0):
     """Home 1 holds the ball at the centre until the kick; it rolls to the goal, in at the end.
 
@@ -46,8 +42,8 @@ def shot(*, speed=1.0, aside=0.0, kick=2.0, goal=None, others=None, turns_at=9.0
     x = np.clip((t - kick) * speed, 0, None)
     slope = aside / 0.75
     y = np.where(x < turns_at, slope * x, slope * turns_at * (0.75 - x) / (0.75 - turns_at))
-    bodies = {"ball": np.stack((x, y), axis=1), (HOME, 1): fixed(t, -0.06, 0), (AWAY, 0): fixed(t, 0.5, -0.4)}
-    bodies |= {key: fixed(t, *place) for key, place in (others or {}).items()}
+    bodies = {"ball": np.stack((x, y), axis=1), (HOME, 1): still(len(t), -0.06, 0), (AWAY, 0): still(len(t), 0.5, -0.4)}
+    bodies |= {key: still(len(t), *place) for key, place in (others or {}).items()}
     return make_log(t, bodies, referee=[(0, "kick-off", "home"), (goal, "goal", "home")])
 
 
@@ -148,7 +144,7 @@ def test_back_pass():
     """A ball that came away from the goal and is turned in is the adversary's error."""
     t = np.arange(240) / 60
     x, y = np.interp(t, (0, 2, 2.5, 3.5), (0.5, 0.5, 0.0, 0.8)), np.interp(t, (2.5, 3.5), (0.0, -0.15))
-    bodies = {"ball": np.stack((x, y), axis=1), (HOME, 1): fixed(t, 0.56, 0), (AWAY, 2): fixed(t, -0.06, 0)}
+    bodies = {"ball": np.stack((x, y), axis=1), (HOME, 1): still(len(t), 0.56, 0), (AWAY, 2): still(len(t), -0.06, 0)}
     log = make_log(t, bodies, referee=[(0, "kick-off", "home"), (3.5, "goal", "home")])
     assert verdict(log, KICK) == (2, "error")
 
@@ -214,7 +210,7 @@ def test_touch_before_restart():
     """Touches before the restart do not count."""
     t = np.arange(240) / 60
     ball = np.stack((np.where(t < 2, 0.0, 0.3 + (t - 2) * 0.3), 0 * t), axis=1)
-    bodies = {"ball": ball, (HOME, 1): fixed(t, -0.06, 0)}
+    bodies = {"ball": ball, (HOME, 1): still(len(t), -0.06, 0)}
     log = make_log(t, bodies, referee=[(0, "kick-off", "home"), (2, "fault", None), (3.6, "goal", "home")])
     assert verdict(log, KICK) == (None, None)
 

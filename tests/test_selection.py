@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from pitchlore.pipeline.stages.paradigms.rules.selection import (
     ActionSelection,
     boltzmann,
-    epsilon_greedy,
-    mixed,
     sample,
     selection_weights,
 )
@@ -108,16 +106,6 @@ def test_epsilon_greedy_sum(values, epsilon):
     out = weights(ActionSelection.EPSILON_GREEDY, values, epsilon)
     assert min(out) >= 0
     assert sum(out) == pytest.approx(1, abs=1e-12)
-
-
-@pytest.mark.parametrize(("selection", "function"), [
-    (ActionSelection.BOLTZMANN, boltzmann), (ActionSelection.EPSILON_GREEDY, epsilon_greedy), (ActionSelection.MIXED, mixed),
-])
-def test_selection_names(selection, function):
-    """A selection is the function of its name."""
-    values, out = np.array([0.2, 0.5, 0.3]), np.empty(3)
-    function(values, 0.4, out)
-    assert weights(selection, values, 0.4) == out.tolist()
 
 
 @given(

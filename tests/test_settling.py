@@ -23,14 +23,13 @@ from pitchlore.pipeline.stages.paradigms.runner import (
 from pitchlore.pipeline.stages.paradigms.settling import Settling, greedy_joint_action
 from pitchlore.schemas import Paradigms
 
-CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])
 RULE, PARAMS = rule_number(JAQ()), JAQ().params(2)
 
 
 def team(beliefs):
     """Two JAQ learners who know the climbing game's payoffs; ``beliefs`` about each one's actions."""
     memory = memory_of(JAQ(), 2, 1, 3)
-    memory.q[:, 0] = CLIMBING.reshape(-1)
+    memory.q[:, 0] = np.ravel(matrix.CLIMBING)
     memory.occurrence[:, 0] = beliefs
     return memory
 

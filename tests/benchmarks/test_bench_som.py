@@ -76,18 +76,12 @@ def test_against_minisom(benchmark, how):
 
 
 @pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
-@pytest.mark.parametrize("matches", [1, 10, 100], ids="ours, distinct grams, matches: {}".format)
-def test_of_distinct_grams(benchmark, matches):
+@pytest.mark.parametrize(("matches", "which"), [
+    pytest.param(matches, which, id=f"ours, {which}, matches: {matches}")
+    for which, most in (("distinct grams", (1, 10, 100)), ("every gram", (1, 10))) for matches in most
+])
+def test_of_many(timed, matches, which):
     raw = samples(matches)
-    distinct, counts = np.unique(raw, axis=0, return_counts=True)
-    benchmark.extra_info.update(units=len(raw), unit="grams", distinct=len(distinct))
-    ours(distinct[:10], counts[:10])
-    benchmark.pedantic(ours, args=(distinct, counts), rounds=5)
-
-
-@pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
-@pytest.mark.parametrize("matches", [1, 10], ids="ours, every gram, matches: {}".format)
-def test_of_every_gram(timed, matches):
-    raw = samples(matches)
-    ours(raw[:10], np.ones(10, dtype=np.int64))
-    timed(len(raw), "grams", ours, (raw, np.ones(len(raw), dtype=np.int64)), rounds=5)
+    codes, counts = np.unique(raw, axis=0, return_counts=True) if which == "distinct grams" else (raw, np.ones(len(raw), np.int64))
+    ours(codes[:10], counts[:10])
+    timed(len(raw), "grams", ours, (codes, counts), rounds=5)
