@@ -11,18 +11,10 @@ from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
 from pitchlore.pipeline.stages.situations.dense import dense_match
 
 
-def jolted(ball, seconds, *, hz=40.0, kind=Kind.VSSS, drop=()):
-    """Jolt and gain of the ball at each sample, m/s; samples in ``drop`` are not there."""
+def jolted(ball, seconds, *, hz=40.0, kind=Kind.VSSS):
+    """Jolt and gain of the ball at each sample, m/s."""
     table = film({"ball": ball, "home-1": stands(0, 0.5)}, seconds, hz=hz)
-    frames = [frame for frame in range(round(seconds * hz)) if frame not in drop]
-    found = dense_match(table.filter(table["frame"].is_in(frames)), SCALES[kind]).ball[5:7]
-    return found[0], found[1]
-
-
-def along(x):
-    """A path along x, a sample each."""
-    places = np.array(x)
-    return lambda t: (places, 0 * t, 0 * t)
+    return dense_match(table, SCALES[kind]).ball[5:7]
 
 
 @settings(max_examples=60)
@@ -55,25 +47,3 @@ def test_rebound():
     assert jolt[11] == pytest.approx(2.0 + 0.5 - 0.1 * 2.0, abs=1e-5)
     assert gain[11] == pytest.approx(0.5 - 2.0, abs=1e-5)
     assert np.delete(jolt, 11) == pytest.approx(np.zeros(19), abs=1e-5)
-
-
-def test_rolling():
-    """A ball that loses 6 % of its speed each cycle, as in rcssserver, has no jolt."""
-    steps = 2.0 * 0.94 ** np.arange(20)
-    jolt, gain = jolted(along(np.cumsum(steps)), 2.0, hz=10, kind=Kind.SIM2D)
-    assert (jolt == 0).all()
-    assert (gain[2:] < 0).all()
-
-
-def test_first_samples():
-    """A segment's first samples have no jolt, however fast the ball is."""
-    jolt, gain = jolted(along(np.arange(10) ** 2.0), 1.0, hz=10, kind=Kind.SIM2D)
-    assert jolt[:2].tolist() == gain[:2].tolist() == [0, 0]
-    assert (jolt[2:] > 0).all()
-
-
-def test_hole():
-    """A hole of 0.3 s begins anew; one sample that is missing does not."""
-    kicked = along(np.where(np.arange(20) < 10, 0.0, np.arange(20) - 10.0))
-    assert jolted(kicked, 2.0, hz=10, drop=(9, 10))[0].max() == 0  # at rest at 0.8 s, on its way at 1.1 s
-    assert jolted(kicked, 2.0, hz=10, drop=(10,))[0].max() == pytest.approx(5.0, abs=1e-5)
