@@ -26,8 +26,24 @@ def drawn(steps, high=None):
     return np.repeat(rng.uniform(-1, 1, (-(-steps // HELD), 6, 2)).astype(np.float32), HELD, axis=0)[:steps]
 
 
-def measure(timed, begin, actions):
-    """Play all actions from a new kick-off."""
+def of_agents(steps):
+    """Actions of six agents, by their names."""
+    names = parallel_env().possible_agents
+    return [dict(zip(names, step, strict=True)) for step in steps]
+
+
+@pytest.mark.benchmark(group=GROUP)
+@pytest.mark.parametrize(("begin", "drawn_actions"), [
+    pytest.param(lambda: parallel_env(step_s=1 / 60), lambda: of_agents(drawn(FRAMES)), id="ours, six agents, a frame a step"),
+    pytest.param(lambda: parallel_env(step_s=4 / 60), lambda: of_agents(drawn(FRAMES)[::4]), id="six agents, four frames a step"),
+    pytest.param(lambda: parallel_env(actions="behaviours"), lambda: of_agents(drawn(FRAMES // 24, len(BEHAVIOURS)).tolist()),
+                 id="six agents behaviours of 24 frames"),
+    pytest.param(lambda: env("static"), lambda: drawn(FRAMES)[:, :3].reshape(FRAMES, 6), id="one agent a team against static"),
+])
+def test_environment(timed, begin, drawn_actions):
+    """All actions from a new kick-off; each step returns observations, rewards and infos of all agents."""
+    actions = list(drawn_actions())
+
     def play(one):
         for action in actions:
             one.step(action)
@@ -38,30 +54,6 @@ def measure(timed, begin, actions):
         return (one,), {}
 
     timed(FRAMES, "frames", play, setup=fresh, rounds=7, warmup_rounds=1)
-
-
-@pytest.mark.benchmark(group=GROUP)
-@pytest.mark.parametrize("frames", [
-    pytest.param(1, id="ours, six agents, a frame a step"), pytest.param(4, id="six agents, four frames a step"),
-])
-def test_wheels(timed, frames):
-    """Six agents; each step returns observations, rewards and infos of all."""
-    names = parallel_env().possible_agents
-    actions = [dict(zip(names, step, strict=True)) for step in drawn(FRAMES)[::frames]]
-    measure(timed, lambda: parallel_env(step_s=frames / 60), actions)
-
-
-@pytest.mark.benchmark(group=GROUP)
-def test_six_agents_behaviours_of_24_frames(timed):
-    names = parallel_env().possible_agents
-    actions = [dict(zip(names, step.tolist(), strict=True)) for step in drawn(FRAMES // 24, len(BEHAVIOURS))]
-    measure(timed, lambda: parallel_env(actions="behaviours"), actions)
-
-
-@pytest.mark.benchmark(group=GROUP)
-def test_one_agent_a_team_against_static(timed):
-    actions = list(drawn(FRAMES)[:, :3].reshape(FRAMES, 6))
-    measure(timed, lambda: env("static"), actions)
 
 
 @pytest.mark.benchmark(group=GROUP)
