@@ -48,16 +48,11 @@ def check(table: pl.DataFrame, pitch: Pitch, ends: list[int], look_at: float, rn
             assert_frame_equal(found, recognise(so_far, pitch, DEFAULT))
 
 
-def match(name: str) -> tuple[pl.DataFrame, Pitch]:
-    """Trajectories and pitch of a recording."""
-    return bodies_of(name), imported(name).info.pitch
-
-
 @pytest.mark.parametrize("most", [3, 200])
 @pytest.mark.parametrize("name", [RSIM, SSL, RCSS, INSPER])
 def test_recordings(name, most):
     """Whatever the parts: on every recording, situation by situation, while it is played and at its end."""
-    table, pitch = match(name)
+    table, pitch = bodies_of(name), imported(name).info.pitch
     if most == 3:  # of a whole match it would take minutes
         table = table.filter(pl.col("t_ns") < 25e9)
     rng = np.random.default_rng(most)
@@ -118,7 +113,7 @@ def test_all_vanish(seed):
 @pytest.mark.parametrize("kind", [Kind.SIM2D, Kind.HUMAN])
 def test_dense_arrays(kind):
     """The arrays of the parts, put together, are those of the whole: of a match in which bodies come and go."""
-    table, _ = match(RCSS)
+    table = bodies_of(RCSS)
     rng = np.random.default_rng(7)
     seen = (pl.col("frame").hash(3) % 10 + pl.col("team").to_physical()) % 4 != 0
     slow = pl.when(pl.col("frame") % 40 < 20).then(pl.col("vx", "vy") * 0.01).otherwise(pl.col("vx", "vy"))
@@ -138,7 +133,7 @@ def test_dense_arrays(kind):
 
 def test_settled_is_forgotten():
     """Settled situations are given once, when their segment is over; then nothing of it is open."""
-    table, pitch = match(RSIM)
+    table, pitch = bodies_of(RSIM), VSSS
     first = table.filter(pl.col("segment") == 0)
     recogniser = Recogniser(str(table["match_id"][0]), pitch, DEFAULT)
     assert recogniser.take(first).is_empty()
@@ -152,6 +147,5 @@ def test_settled_is_forgotten():
 
 def test_unsorted():
     """Rows that are out of order are refused."""
-    table, pitch = match(RSIM)
     with pytest.raises(SchemaMismatch, match="not sorted"):
-        Recogniser("m", pitch, DEFAULT).take(table.head(500).reverse())
+        Recogniser("m", VSSS, DEFAULT).take(bodies_of(RSIM).head(500).reverse())

@@ -173,7 +173,7 @@ def test_watched_moments(played):
     alone = MatchLog(log.info, log.frames, log.referee, log.decisions.filter(team="home"))
     of = GramSettings(watched_s=0.2)
     found = sights(alone, values, of, watched).drop_nulls("code")
-    at = [first_at(t_ns, moment * step) for moment in (10, 11, 12, 13)]
+    at = t_ns[np.searchsorted(t_ns, np.arange(10, 14) * step)].tolist()  # the first samples that are at least so late
     assert found["t_ns"].to_list() == at, "robot 2 began after the first sample of its only step"
     assert found["code"].to_list() == [44, 44, 44, 21]
     assert set(found["team"]) == {"away"}
@@ -181,11 +181,6 @@ def test_watched_moments(played):
     assert found["change"].to_list() == pytest.approx([1 + 0.01 * t / step for t in at], abs=1e-6)
     assert sights(log, values, of, watched)["code"].null_count() == log.decisions.height, "both teams decide"
     assert sights(alone, values, GramSettings(), watched)["code"].drop_nulls().is_empty()
-
-
-def first_at(t_ns, least):
-    """The first sample's time that is at least so late."""
-    return int(t_ns[np.searchsorted(t_ns, least)])
 
 
 # ---- appraisals

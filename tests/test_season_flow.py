@@ -26,15 +26,11 @@ def season(seed, text=SHORT):
     return Season(name="short", opponent="static", seed=seed, settings=parse_season(text, where="short.toml"))
 
 
-def played(data, *seasons, on):
-    return play_seasons(data, list(seasons), on=on)
-
-
 @pytest.fixture(scope="module")
 def together(tmp_path_factory):
     """A data folder with two seasons that two processes played at once."""
     data = tmp_path_factory.mktemp("together")
-    report = played(data, season(1, SHORTER), season(2, SHORTER), on="processes:2")
+    report = play_seasons(data, [season(1, SHORTER), season(2, SHORTER)], on="processes:2")
     assert report.failed == {}
     assert sorted(report.made) == [f"short-static-{seed} game {game}" for seed in (1, 2) for game in (1, 2)]
     return data
@@ -51,7 +47,7 @@ def test_seasons_at_once(together):
         assert growth.height == 6
         matches.append(games["match_id"].to_list())
     assert not set(matches[0]) & set(matches[1])
-    again = played(together, season(1, SHORTER), season(2, SHORTER), season(2, SHORTER), on="processes:2")
+    again = play_seasons(together, [season(1, SHORTER), season(2, SHORTER), season(2, SHORTER)], on="processes:2")
     assert (again.made, again.kept, again.failed) == ([], 2, {})
 
 
@@ -60,7 +56,7 @@ def test_jobs(tmp_path, monkeypatch):
     met = Barrier(3, timeout=60)
     monkeypatch.setattr(loop, "take_game", lambda *_: met.wait())
     one_game = SHORT.replace("games = 3", "games = 1")
-    report = played(tmp_path, *(season(seed, one_game) for seed in range(6)), on="threads:3")
+    report = play_seasons(tmp_path, [season(seed, one_game) for seed in range(6)], on="threads:3")
     assert (len(report.made), report.failed) == (6, {})
 
 
@@ -78,7 +74,7 @@ def test_failed_season(tmp_path, monkeypatch):
 
     monkeypatch.setattr(loop, "take_game", take)
     longer = season(4, SHORT.replace("games = 3", "games = 4"))
-    report = played(tmp_path, *map(season, (1, 2, 3)), longer, on="threads:1")
+    report = play_seasons(tmp_path, [*map(season, (1, 2, 3)), longer], on="threads:1")
     assert report.failed == {
         "short-static-1 game 2":
             "unexpected ValueError: a bug, say. Run again with --debug and report what it says.",

@@ -29,15 +29,11 @@ SETTINGS = Settings()
 UP_TO_BEHAVIOURS = tuple(takewhile(lambda noun: noun != "decisions", STAGES.of_matches))
 
 
-def scope(match: str) -> Scope:
-    return Scope(matches=(match,))
-
-
 def chain(data: Path) -> None:
     """Recording to behaviours, every file written, checked and synced."""
     store = Store(data)
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    STAGES.make(store, SETTINGS, scope(receipt.name), UP_TO_BEHAVIOURS)
+    STAGES.make(store, SETTINGS, Scope(matches=(receipt.name,)), UP_TO_BEHAVIOURS)
 
 
 @pytest.mark.benchmark(group="a match from recording to behaviours, files written and synced")

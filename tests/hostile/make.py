@@ -154,11 +154,6 @@ def one_long_word() -> bytes:
     return buffer.getvalue()
 
 
-def show_lines(count: int) -> bytes:
-    """A 2D log whose show lines have groups within groups."""
-    return b"ULG5\n" + b"(show 1 ((b) 0 0 0 0)" + b" ((l 1) 0 0x1 0 0 0 0 0 0" * count + b")" * count + b")\n"
-
-
 def ssl_packets(content: Callable[[int], bytes], count: int, kind: int = ssl.VISION_2014) -> bytes:
     """An SSL log of so many packets, by their number; it is received at 100 Hz."""
     return ssl.log(ssl.Message(10**18 + i * 10**7, kind, content(i)) for i in range(count))
@@ -235,7 +230,9 @@ HOSTILE = (
     Hostile("streams.csv.gz", lambda: gzip.compress(b"", mtime=0) * 500_000, "has more than 1000 gzip streams"),
     Hostile("times.csv", lambda: _HEADER + b"".join(b"0,%d,%s,1,0,0\n" % (t, team) for t in (-2**63, 0, 2**63 - 1)
                                                     for team in (b"a", b"b")), "spans more than a day|not numbers"),
-    Hostile("groups.rcg", lambda: show_lines(10_000), "no whole show line|"),
+    # show lines with groups within groups
+    Hostile("groups.rcg", lambda: b"ULG5\n" + b"(show 1 ((b) 0 0 0 0)" + b" ((l 1) 0 0x1 0 0 0 0 0 0" * 10_000 + b")" * 10_001 + b"\n",
+            "no whole show line|"),
     # opened brackets, for expressions that go back
     Hostile("brackets.rcg", lambda: b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n", "has no whole show line"),
     Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(128 << 20), compresslevel=9), "unpacks to more than", megabytes=100),
