@@ -8,14 +8,20 @@ What the tests need is then found compiled. A test that needs more compiles it, 
 import os
 from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from golden.cases import CASES
 
 import pitchlore
+from pitchlore.pipeline.arena.env import parallel_env
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 
 #: What says that all was compiled. The folder is named for the code of all that is compiled.
 MADE = Path(os.environ["NUMBA_CACHE_DIR"]) / "compiled"
+#: A camera with errors, which takes its time.
+LATE = CameraSettings(position_noise=0.003, latency_s=0.1)
 
 
 def main() -> None:
@@ -25,7 +31,12 @@ def main() -> None:
     for make in CASES.values():
         make()
     for home, away in pairwise(SCRIPTED):
-        pitchlore.play(home, away, minutes=0.1)
+        pitchlore.play(home, away, minutes=0.1, arena=MatchSettings(camera=LATE))
+    with TemporaryDirectory() as folder:
+        pitchlore.play(minutes=0.1).replay(Path(folder) / "page.html")
+    env = parallel_env("static", observations="sights")
+    env.reset(seed=0)
+    env.step({agent: env.action_space(agent).sample() for agent in env.agents})
     MADE.touch()
 
 
