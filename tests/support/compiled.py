@@ -9,13 +9,17 @@ import os
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import get_args
 
 from golden.cases import CASES
+from support.played import logged
 
 import pitchlore
 from pitchlore.pipeline.arena.env import parallel_env
-from pitchlore.pipeline.arena.match.recipe import MatchSettings
+from pitchlore.pipeline.arena.match.environment import Observations
+from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.table import SCRIPTED
 
 #: What says that all was compiled. The folder is named for the code of all that is compiled.
@@ -34,9 +38,12 @@ def main() -> None:
         pitchlore.play(home, away, minutes=0.1, arena=MatchSettings(camera=LATE))
     with TemporaryDirectory() as folder:
         pitchlore.play(minutes=0.1).replay(Path(folder) / "page.html")
-    env = parallel_env("static", observations="sights")
-    env.reset(seed=0)
-    env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+    for observations in get_args(Observations):
+        env = parallel_env("static", observations=observations)
+        env.reset(seed=0)
+        env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+    ahead, usual = TeamSettings(kind="static", predict_s=0.1), TeamSettings(kind="static")
+    logged(Recipe(home=ahead, away=usual, seed=1, camera=LATE, referee=RefereeSettings(duration_s=6)))
     MADE.touch()
 
 
