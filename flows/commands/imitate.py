@@ -9,6 +9,8 @@ from pathlib import Path
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.printing import console, print_failed, print_json
 from pitchlore.flows.commands.run import bring_up_to_date
+from pitchlore.pipeline.engine.imitations import PREFIX, settings_of, work_of
+from pitchlore.pipeline.engine.progress import RunReport
 
 
 def imitate(
@@ -28,8 +30,6 @@ def imitate(
         json: Print the report as JSON.
         common: Options of every command.
     """
-    from pitchlore.pipeline.engine.imitations import PREFIX, settings_of, work_of  # noqa: PLC0415 (it loads the arena)
-
     store, chosen = common.existing, common.settings(settings)
     work = work_of(store, team)
     report = bring_up_to_date(
@@ -37,15 +37,19 @@ def imitate(
         history=chosen.history, as_flow=flow, recordings=work.recordings)
     if json:
         print_json(report.model_dump())
-        sys.exit(1 if report.failures else 0)
+    else:
+        where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
+        _print(report, team, len(work.recordings), where)
+    sys.exit(1 if report.failures else 0)
+
+
+def _print(report: RunReport, team: str, matches: int, where: str) -> None:
     print_failed(report.failures)
     out = console()
     for note in report.notes:
         out.print(note, soft_wrap=True, highlight=False, markup=False)
     if report.policy is not None:
         name = shlex.quote(f"{PREFIX}{team}")
-        where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
-        out.print(f"{PREFIX}{team} is rebuilt from {len(work.recordings)} of its matches "
+        out.print(f"{PREFIX}{team} is rebuilt from {matches} of its matches "
                   f"(policy version {report.policy}, {'new' if report.policy_is_new else 'unchanged'}).\n"
                   f"try: pitchlore evaluate --policy {name} --against static{where}", soft_wrap=True)
-    sys.exit(1 if report.failures else 0)

@@ -29,13 +29,14 @@ TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
 #: One thread, and no optimizer, write hundreds of small statements in two thirds of the time.
 _WRITTEN: dict[str, str | bool | int | float | list[str]] = {
-    "storage_compatibility_version": FORMAT,
-    "threads": 1,
+    "storage_compatibility_version": FORMAT, "threads": 1,
 }
 _NOTHING = dict[str, str]()
 
 
-def build(path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str] = ()) -> None:
+def build(
+    path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str] = ()
+) -> None:
     """Make a catalogue with a view for every public table.
 
     Args:
@@ -53,18 +54,17 @@ def build(path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Co
     try:
         _build(path, sources, of_groups)
     except (duckdb.InvalidInputException, duckdb.BinderException, duckdb.ConversionException) as error:
-        raise CorruptFile(
-            f"a table cannot be read ({str(error).splitlines()[0]})",
-            where=str(path.parent),
-            next_step="Look for the damage: `pitchlore verify`",
-        ) from error
+        raise CorruptFile(f"a table cannot be read ({str(error).splitlines()[0]})", where=str(path.parent),
+                          next_step="Look for the damage: `pitchlore verify`") from error
     except (duckdb.IOException, duckdb.TransactionException, duckdb.FatalException) as error:
         raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
     finally:
         path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
 
 
-def _build(path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]) -> None:
+def _build(
+    path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
+) -> None:
     with duckdb.connect(str(path), config=_WRITTEN) as connection:
         connection.execute("pragma disable_optimizer")
         tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
@@ -80,18 +80,12 @@ def _build(path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: C
             statements += [
                 f"create view {name} as {rows}",
                 f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}",
-                *(
-                    f'comment on column {name}."{column}" is {quote(meaning)}'
-                    for column, meaning in schema.meanings().items()
-                ),
-            ]
+                *(f'comment on column {name}."{column}" is {quote(meaning)}'
+                  for column, meaning in schema.meanings().items())]
         connection.begin()  # one write for all statements
         connection.execute(";\n".join(statements))
-        listing = [
-            (name, file, *(seen or (None, None)))
-            for name, files in sources.items()
-            for file, seen in files.items()
-        ]
+        listing = [(name, file, *(seen or (None, None)))
+                   for name, files in sources.items() for file, seen in files.items()]
         listed = pl.DataFrame(listing, schema=_LISTED, orient="row").to_arrow()
         connection.from_arrow(listed).insert_into(FILES)
         connection.commit()
