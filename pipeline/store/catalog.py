@@ -8,6 +8,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import duckdb
@@ -27,11 +28,10 @@ FORMAT = "v1.0.0"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
-#: One thread, and no optimizer, write hundreds of small statements in two thirds of the time.
-_WRITTEN: dict[str, str | bool | int | float | list[str]] = {
-    "storage_compatibility_version": FORMAT, "threads": 1,
-}
 _NOTHING = dict[str, str]()
+#: The process's own instance of DuckDB, if there is one: to make one takes as long as to attach ten files.
+_INSTANCE = list[duckdb.DuckDBPyConnection]()
+_ONE_AT_A_TIME = Lock()
 
 
 def build(
@@ -65,8 +65,8 @@ def build(
 def _build(
     path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
 ) -> None:
-    with duckdb.connect(str(path), config=_WRITTEN) as connection:
-        connection.execute("pragma disable_optimizer")
+    with _attached(path, f"storage_version '{FORMAT}'") as connection:
+        connection.execute("pragma disable_optimizer")  # it takes longer than these small statements
         tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
         statements = [
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)",
@@ -92,6 +92,25 @@ def _build(
         connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
 
 
+@contextmanager
+def _attached(path: Path, how: str) -> Iterator[duckdb.DuckDBPyConnection]:
+    """A connection to a database's file as it is on disk now, closed after the body."""
+    with _ONE_AT_A_TIME:
+        if not _INSTANCE:
+            settings: Any = {"threads": 1, "enable_external_file_cache": False}
+            _INSTANCE.append(duckdb.connect(":memory:", config=settings))
+        try:
+            with _INSTANCE[0].cursor() as connection:
+                connection.execute(f"attach {quote(str(path))} as catalog ({how})")
+                connection.execute("use catalog")
+                yield connection
+                connection.execute("use memory")
+                connection.execute("detach catalog")
+        except BaseException:
+            _INSTANCE.pop().close()  # an error may have made it useless
+            raise
+
+
 def glance(file: Path | str) -> Glance:
     """Size and time of change [ns] of a file, None if it does not exist."""
     try:
@@ -109,7 +128,7 @@ def listing(path: Path) -> Listing | None:
     if not path.exists():
         return None
     try:
-        with opened_catalogue(path) as connection:
+        with _attached(path, "read_only") as connection:
             tags = connection.execute(f"select tag from {TAGS}").fetchall()
             rows = connection.execute(f"select table_name, path, size, changed_ns from {FILES}").fetchall()
     except duckdb.Error:
@@ -117,13 +136,6 @@ def listing(path: Path) -> Listing | None:
     if {tag for (tag,) in tags} != {schema.tag() for schema in PUBLIC.values()}:
         return None
     return {(name, file): (size, changed) for name, file, size, changed in rows}
-
-
-@contextmanager
-def opened_catalogue(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
-    """The catalogue as it is on disk now (:func:`connected`), closed after the body."""
-    with connected(path) as connection:
-        yield connection
 
 
 def connected(path: Path) -> duckdb.DuckDBPyConnection:
@@ -157,12 +169,15 @@ def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: S
 def _nothing(connection: duckdb.DuckDBPyConnection, schema: type[Table]) -> str:
     """No rows of a table; the types do not change while the process lives."""
     if schema.tag() not in _NOTHING:
-        # DuckDB itself says how it names the types that it reads from our Parquet
-        rows: Any = connection.from_arrow(
-            schema.empty().with_columns(pl.selectors.enum().cast(pl.String)).to_arrow()
-        )
-        nulls = (f'null::{dtype} as "{name}"' for name, dtype in zip(rows.columns, rows.types, strict=True))
-        _NOTHING[schema.tag()] = f"select {', '.join(nulls)} where false"
+        # DuckDB itself says how it names the types that it reads from our Parquet, of all tables at once
+        empty = pl.concat([
+            every.empty().with_columns(pl.selectors.enum().cast(pl.String)).rename(f"{name}.{{}}".format)
+            for name, every in PUBLIC.items()], how="horizontal")
+        rows: Any = connection.from_arrow(empty.to_arrow())
+        types = dict(zip(rows.columns, rows.types, strict=True))
+        for name, every in PUBLIC.items():
+            nulls = (f'null::{types[f"{name}.{column}"]} as "{column}"' for column in every.columns())
+            _NOTHING[every.tag()] = f"select {', '.join(nulls)} where false"
     return _NOTHING[schema.tag()]
 
 

@@ -6,7 +6,7 @@ What the tests need is then found compiled. A test that needs more compiles it, 
 """
 
 import os
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import get_args
@@ -16,7 +16,7 @@ from support.played import logged
 
 import pitchlore
 from pitchlore.pipeline.arena.env import parallel_env
-from pitchlore.pipeline.arena.match.environment import Observations
+from pitchlore.pipeline.arena.match.environment import Actions, Observations
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -38,8 +38,9 @@ def main() -> None:
         pitchlore.play(home, away, minutes=0.1, arena=MatchSettings(camera=LATE))
     with TemporaryDirectory() as folder:
         pitchlore.play(minutes=0.1).replay(Path(folder) / "page.html")
-    for observations in get_args(Observations):
-        env = parallel_env("static", observations=observations)
+    kinds = product((None, "static"), get_args(Actions), get_args(Observations))
+    for opponent, actions, observations in kinds:
+        env = parallel_env(opponent, actions=actions, observations=observations)
         env.reset(seed=0)
         env.step({agent: env.action_space(agent).sample() for agent in env.agents})
     ahead, usual = TeamSettings(kind="static", predict_s=0.1), TeamSettings(kind="static")

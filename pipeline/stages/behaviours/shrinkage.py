@@ -18,6 +18,8 @@ from pitchlore.schemas import ROLES
 _FAMILY = 10
 #: Codes of one family of table 1 follow each other; the families are further apart.
 _APART = 5
+#: The columns that variances are computed from.
+_COUNTED = ("count", "value_square_sum", "match_square_sum", "match_product_sum", "match_count_square_sum")
 
 
 def valued(grams: pl.DataFrame, *, shrink: bool) -> pl.DataFrame:
@@ -42,8 +44,9 @@ def valued(grams: pl.DataFrame, *, shrink: bool) -> pl.DataFrame:
     count, total = (grams[name].to_numpy().astype(np.float64) for name in ("count", "value_sum"))
     mean = total / count
     columns = {name: np.empty(len(count)) for name in ("error", "family", "family_spread", "family_size")}
+    numbers = grams.select(_COUNTED)  # rows of its lists take long to pick
     for rows in _families(grams):
-        error = np.sqrt(_variances(grams[rows], mean[rows]) / count[rows])
+        error = np.sqrt(_variances(numbers[rows], mean[rows]) / count[rows])
         columns["error"][rows] = error
         columns["family"][rows], columns["family_spread"][rows] = _between(mean[rows], error)
         columns["family_size"][rows] = len(rows)

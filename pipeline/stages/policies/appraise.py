@@ -16,9 +16,9 @@ from itertools import pairwise
 import numpy as np
 import polars as pl
 from sklearn.ensemble import HistGradientBoostingRegressor
-from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.numbers.threads import one_thread
 from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits
 from pitchlore.pipeline.settings import AppraisalSettings
 from pitchlore.schemas import KEYS, ROLES, Appraisals
@@ -152,7 +152,7 @@ def _grow(observation: F32, change: F64, settings: AppraisalSettings) -> Trees:
         min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty,
         max_bins=settings.bins, early_stopping=False, random_state=settings.seed,
     )
-    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+    with one_thread():
         return arrays_of(builder.fit(observation, change))
 
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 from sklearn.ensemble import HistGradientBoostingClassifier
-from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
+from pitchlore.pipeline.numbers.threads import one_thread
 from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits
 from pitchlore.pipeline.settings import ImitationSettings
 from pitchlore.pipeline.stages.policies.appraise import tree_tables
@@ -135,7 +135,7 @@ def fit_habits(observation: F32, option: I64, settings: ImitationSettings) -> di
         max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
         min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty, early_stopping=False,
         random_state=settings.seed)
-    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+    with one_thread():
         builder.fit(observation[kept], option[kept])
     if len(common) == 2:  # scikit-learn fits one logit, of the second
         return {int(common[0]): _constant(), int(common[1]): arrays_of(builder)}

@@ -10,9 +10,9 @@ import polars as pl
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss, roc_auc_score
-from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, Bools
+from pitchlore.pipeline.numbers.threads import one_thread
 from pitchlore.pipeline.numbers.trees import Trees, arrays_of
 from pitchlore.pipeline.settings import ModelSettings
 from pitchlore.pipeline.stages.values.models import (
@@ -53,7 +53,7 @@ def fit(
         (rate: of the mean). Their last bits depend on the processor, but not on how many threads it has.
     """
     # its threads also wait for each other longer than they work on a few thousand moments
-    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+    with one_thread():
         return _fit(moments, settings, ready)
 
 
@@ -129,7 +129,7 @@ def grow(features: F32, scores: Bools, settings: ModelSettings) -> Trees:
         min_samples_leaf=settings.leaf_samples, l2_regularization=penalty,
         early_stopping=False, random_state=settings.seed,
     )
-    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+    with one_thread():
         model = builder.fit(features, scores)
     return arrays_of(model)
 

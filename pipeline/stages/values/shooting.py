@@ -9,10 +9,10 @@ import numpy as np
 import polars as pl
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import log_loss
-from threadpoolctl import threadpool_limits
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.threads import one_thread
 from pitchlore.pipeline.stages.values.chances import FEATURES, ShotModels, shot_features, shot_logits
 from pitchlore.pipeline.stages.values.models import probability
 
@@ -45,7 +45,7 @@ def fit_shots(
         (league[name][0]["outcome"] == "goal").to_numpy() for name in names)])
     match = np.repeat(np.arange(len(names)), [league[name][0].height for name in names])
     rows = [match != place for place in range(len(names))] + [np.ones(len(match), dtype=np.bool_)]
-    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+    with one_thread():
         weights = np.array([_weights(features[row], scored[row], penalty) for row in rows])
         found = ShotModels(
             names, weights, np.array([int(scored[row].sum()) for row in rows], dtype=np.int64),

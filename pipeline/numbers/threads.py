@@ -1,0 +1,22 @@
+"""Fits on one thread: the numbers do not depend on the machine, and small ones take less time."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from functools import cache
+from typing import Any
+
+import sklearn.ensemble  # noqa: F401 - it loads the libraries whose threads are limited
+from threadpoolctl import ThreadpoolController
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """scikit-learn's and numpy's libraries use one thread in the body."""
+    limited: AbstractContextManager[Any] = _libraries().limit(limits=1)
+    return limited
+
+
+@cache
+def _libraries() -> Any:
+    """The libraries of this process; to look for them takes 10 ms."""
+    return ThreadpoolController()  # type: ignore[no-untyped-call]
