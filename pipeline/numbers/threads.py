@@ -6,12 +6,11 @@ from contextlib import AbstractContextManager
 from functools import cache
 from typing import Any
 
-import sklearn.ensemble  # noqa: F401 - it loads the libraries whose threads are limited
 from threadpoolctl import ThreadpoolController
 
 
 def one_thread() -> AbstractContextManager[Any]:
-    """scikit-learn's and numpy's libraries use one thread in the body."""
+    """The libraries of numpy and scikit-learn use one thread in the body; whoever fits has loaded both."""
     limited: AbstractContextManager[Any] = _libraries().limit(limits=1)
     return limited
 
