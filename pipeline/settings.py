@@ -314,13 +314,23 @@ class BehaviourSettings(Frozen):
         return rounds
 
 
+#: Keys by which a state is looked up where finer ones do not know it.
+_BACKOFF: tuple[Key, ...] = ("self6", "role0")
+
+
+def _coarser(key: Key) -> tuple[Key, ...]:
+    """The usual keys of back-off behind a key."""
+    return tuple(each for each in _BACKOFF if KEYS.index(each) > KEYS.index(key))
+
+
 class KnowledgeSettings(Frozen):
     """How occasions become knowledge.
 
     Attributes:
         state_key: elements of the state that are kept (docs/decisions/paper.md).
         backoff: further keys by which occasions are kept, each coarser than the one before, the first
-            coarser than ``state_key``. A player uses them where it does not know the finer state.
+            coarser than ``state_key``. A player uses them where it does not know the finer state. By default
+            those of self6 and role0 that are coarser; the paper has none.
         optimistic: least initial action value of a behaviour in a state.
         imitate: team or pool whose behaviours policies choose from; not given: that of most matches, see
             ``pipeline.stages.sides.teams.imitated``. Its occasions hold the states of decisions, too.
@@ -332,7 +342,7 @@ class KnowledgeSettings(Frozen):
     """
 
     state_key: Key = "full36"
-    backoff: tuple[Key, ...] = ()
+    backoff: tuple[Key, ...] = Field(default_factory=lambda said: _coarser(said.get("state_key", KEYS[0])))
     optimistic: float = 0.0
     imitate: str | None = None
     own: Literal["nothing", "moves randomly", "chosen"] = "moves randomly"

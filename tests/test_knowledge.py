@@ -11,7 +11,13 @@ from support.rows import MATCH, patterns
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.stages import knowledge
-from pitchlore.pipeline.stages.knowledge import behaviours, diff, merge_behaviours, merge_occasions
+from pitchlore.pipeline.stages.knowledge import (
+    behaviours,
+    diff,
+    known_shares,
+    merge_behaviours,
+    merge_occasions,
+)
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.state import encode
 from pitchlore.schemas import ROLES, SIDES, Behaviours, Decisions, Occasions, Sides
@@ -33,9 +39,14 @@ BOTH = pl.DataFrame([(MATCH, side, team, kind, team, 0, 0) for side, (team, kind
                     schema=Sides.dtypes(), orient="row")
 
 
-def occasions(tables, *args, sides=BOTH, learner=US, **kwargs):
+def alone(**chosen):
+    """Settings with states by one key, unless others are named."""
+    return KnowledgeSettings(**{"backoff": (), **chosen})
+
+
+def occasions(tables, version, chosen=alone(), *, sides=BOTH, learner=US, **kwargs):
     """Occasions of matches in which home is us."""
-    return knowledge.occasions(((table, sides) for table in tables), learner, *args, **kwargs)
+    return knowledge.occasions(((table, sides) for table in tables), learner, version, chosen, **kwargs)
 
 
 rows = st.lists(st.tuples(st.integers(0, 3), st.sampled_from(NAMES), st.floats(-0.99, 0.99)), max_size=30)
@@ -72,7 +83,7 @@ class TestOccasions:
         initial = ["state", "behaviour_id", "initial"]
         assert occasions([seen], 1).select(initial).rows() == [
             (2, "striker-046", 0.0), (5, "striker-001-011", 0.5), (5, "striker-046", 0.5)]
-        hopeful = occasions([seen], 1, KnowledgeSettings(optimistic=0.75))
+        hopeful = occasions([seen], 1, alone(optimistic=0.75))
         assert hopeful["initial"].to_list() == [0.75, 0.75, 0.75]
 
     def test_of_nothing_are_none(self):
@@ -86,7 +97,7 @@ class TestOccasions:
         far[2] = 1  # the own striker's
         states = encode(np.array([np.zeros(36, dtype=np.uint8), near, far]), "full36").tolist()
         table = decisions(*((state, "striker-046", v) for state, v in zip(states, (0.5, 0.25, -0.25), strict=True)))
-        found = occasions([table], 1, KnowledgeSettings(backoff=("self9", "role0")))
+        found = occasions([table], 1, alone(backoff=("self9", "role0")))
         Occasions.validate(found)
         own = encode(far[None], "self9", np.array([2])).item()
         assert found.select("key", "state", "count", "value").rows() == [
@@ -95,8 +106,15 @@ class TestOccasions:
             ("role0", 0, 3, 0.5 / 3),
         ]
         goalkeeper = occasions([table.with_columns(role=pl.lit("goalkeeper", pl.Enum(ROLES)))], 1,
-                               KnowledgeSettings(state_key="self9"))
+                               alone(state_key="self9"))
         assert goalkeeper["count"].to_list() == [1, 2], "the same states, seen from another slot"
+
+    def test_known_shares(self):
+        """Each decision is left out in turn; its state is known if another behaviour was chosen there, not at random."""
+        rows = [(1, "striker-046"), (1, "striker-011"), (1, None), (2, "striker-046"), (2, None), (3, "striker-046"), (4, None)]
+        found = occasions([decisions(*((*row, 0.5) for row in rows))], 1, alone(state_key="full36", backoff=("role0",)))
+        assert known_shares(found) == {"full36": 4 / 7, "role0": 1.0}
+        assert known_shares(Occasions.empty()) == {}
 
     def test_teams(self):
         """Each team has occasions of its own; a side that does not count has none."""
@@ -119,18 +137,18 @@ class TestOccasions:
     def test_own_decisions(self, own, expected):
         """A state in which a player of ours decided adds what the settings say."""
         rows = [(5, "striker-046", 0.5), (5, None, 0.75), (6, "striker-046", -0.25), (6, "striker-011", 0.5)]
-        found = occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own), learner=THEM,
+        found = occasions([decisions(*rows, chosen=True)], 1, alone(own=own), learner=THEM,
                           known=pl.Series(["striker-046"]))
         Occasions.validate(found)
         assert found["team"].unique().to_list() == (["them"] if expected else [])
         for nobody in (None, Team("us", "ssl")):
-            assert occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own), learner=nobody).is_empty()
+            assert occasions([decisions(*rows, chosen=True)], 1, alone(own=own), learner=nobody).is_empty()
         assert found.select("state", "behaviour_id", "count", "value").rows() == expected
 
     def test_unseen_behaviour(self):
         """A behaviour that nobody was seen to begin has no value and does not raise the others."""
         found = occasions([decisions((6, "striker-046", -0.25), chosen=True)], 1,
-                          KnowledgeSettings(own="chosen", optimistic=-1.0))
+                          alone(own="chosen", optimistic=-1.0))
         assert found.select("behaviour_id", "value", "initial").rows() == [
             ("striker-046", -0.25, -0.25), ("striker-194", None, -0.25)]
 
@@ -145,7 +163,7 @@ class TestMerging:
     @settings(max_examples=20)
     def test_occasions_in_steps(self, matches, own, optimistic):
         """Occasions merged match by match are those of all matches."""
-        chosen = KnowledgeSettings(own=own, optimistic=optimistic, backoff=("self6", "role0"))
+        chosen = alone(own=own, optimistic=optimistic, backoff=("self6", "role0"))
         tables = [decisions(*found, chosen=by_player) for found, by_player in matches]
         whole = occasions(tables, 9, chosen)
         steps = occasions(tables[:1], 1, chosen)
@@ -256,7 +274,7 @@ class TestDiff:
     def test_counts_once(self):
         """A diff counts an occasion once, by however many keys it is kept."""
         tables = [decisions((1, "striker-001-011", 0.1), (2, "striker-001-011", 0.1))]
-        more = occasions(tables, 2, KnowledgeSettings(backoff=("self9", "role0")))
+        more = occasions(tables, 2, alone(backoff=("self9", "role0")))
         assert more.height > self.SEEN_AFTER.height
         found, plain = (diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, seen) for seen in (more, self.SEEN_AFTER))
         assert_frame_equal(found.behaviours, plain.behaviours)

@@ -12,7 +12,7 @@ def test_defaults():
     said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
     assert said.policies.sweeps == 3
     assert said.policies.discount == Settings().policies.discount
-    assert said.knowledge.state_keys == ("ego19",)
+    assert said.knowledge.state_keys == ("ego19", "self6", "role0")
 
 
 @pytest.mark.parametrize(("text", "said"), [
@@ -45,6 +45,13 @@ def test_backoff(backoff):
     """The keys to back off to are taken in order if each is coarser than the one before."""
     said = parse_settings(f"[knowledge]\nbackoff = {backoff}".encode(), where="s.toml")
     assert said.knowledge.state_keys == ("full36", *backoff)
+
+
+@pytest.mark.parametrize(("state_key", "expected"), [("full36", ("self6", "role0")), ("self6", ("role0",)), ("role0", ())])
+def test_usual_backoff(state_key, expected):
+    """Without keys to back off to, those of self6 and role0 are taken that are coarser."""
+    said = parse_settings(f"[knowledge]\nstate_key = '{state_key}'".encode(), where="s.toml")
+    assert said.knowledge.state_keys == (state_key, *expected)
 
 
 @pytest.mark.parametrize(("state_key", "backoff"), [

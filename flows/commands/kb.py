@@ -7,7 +7,14 @@ from pathlib import Path
 import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
-from pitchlore.flows.commands.printing import by_evidence, console, print_frame, print_json, spelt
+from pitchlore.flows.commands.printing import (
+    by_evidence,
+    console,
+    print_frame,
+    print_json,
+    print_known,
+    spelt,
+)
 from pitchlore.flows.commands.verify import verify_versions
 from pitchlore.pipeline.base.errors import NotFound
 
@@ -56,6 +63,7 @@ def show(
         return
     console().print(f"knowledge version {known.version}, parent {known.parent}; "
                     f"policies imitate: {known.imitates or 'nobody'}")
+    print_known(known)
     for (of, league), own in rows.group_by("team", "kind", maintain_order=True):
         print_frame(
             by_evidence(own).select(

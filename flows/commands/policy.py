@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
-from pitchlore.flows.commands.printing import console, in_words, print_frame, print_json
+from pitchlore.flows.commands.printing import console, in_words, print_frame, print_json, print_known
 from pitchlore.pipeline.base.errors import NotFound
 
 
@@ -46,6 +46,7 @@ def show(
     if policy.looks:
         console().print("It chooses by what it sees, and not by these states: `pitchlore scout` draws what "
                         "it prefers where", soft_wrap=True)
+    print_known(policy)
     counts = states.group_by("key", "role", "verdict").agg(states=pl.len(), visits=pl.col("visits").sum())
     print_frame(counts.sort("key", "role", "verdict"))
     for row in states.head(max(most, 0)).iter_rows(named=True):

@@ -17,6 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pitchlore.pipeline.base.text import printable
+from pitchlore.pipeline.face.versions import Knowledge, Policy
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.store import Store
@@ -147,6 +148,15 @@ def print_training(store: Store) -> None:
         return
     print_frame(pl.DataFrame(rows).rename({c: c.replace("_", " ") for c in columns}),
                 title=f"training of policy version {newest.version} (error: mean |TD error| of a sweep)")
+    print_known(Policy(store, newest))
+
+
+def print_known(version: Knowledge | Policy) -> None:
+    """Print how many decisions of the imitated team were in states that are known, by each key."""
+    shares = ", ".join(f"{100 * share:.3g} % by {key}" for key, share in version.known.items())
+    if shares:
+        console().print(f"decisions of {version.imitates or 'all teams'} in known states: {shares}",
+                        soft_wrap=True, highlight=False)
 
 
 class Bars:

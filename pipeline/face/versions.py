@@ -101,6 +101,16 @@ class Knowledge(Version):
         """Rows of the table ``occasions`` of this version."""
         return self._table(Occasions)
 
+    @property
+    def known(self) -> dict[str, float]:
+        """Shares of the imitated team's decisions whose state is known, by each key, from fine to coarse.
+
+        Each decision is left out in turn: its state is known if the team chose a behaviour there elsewhere.
+        """
+        from pitchlore.pipeline.stages.knowledge import known_shares  # noqa: PLC0415 (loaded when asked for)
+
+        return known_shares(of_imitated(self._manifest, self.occasions))
+
     def picture(self, dpi: int = 80) -> bytes:
         """Value against support of each behaviour, as PNG; a notebook shows it for the version itself.
 
@@ -180,6 +190,17 @@ class Policy(Version):
     def looks(self) -> bool:
         """True if the policy chooses by what robots see, and not by states."""
         return looks(self._manifest)
+
+    @property
+    def known(self) -> dict[str, float]:
+        """The shares :attr:`Knowledge.known` of the knowledge that it was trained on.
+
+        None if the policy looks, or if that version of the knowledge is no longer there.
+        """
+        number = self._manifest.details["knowledge_version"]
+        if self.looks or number not in self._store.versions("knowledge"):
+            return {}
+        return Knowledge(self._store, self._store.manifest("knowledge", number)).known
 
     def team(self, **options: Unpack[TeamOptions]) -> LearnedTeam:
         """The policy as a team for :func:`pitchlore.play`, or as an opponent in environments.

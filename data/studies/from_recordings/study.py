@@ -1,0 +1,191 @@
+"""A team from its recordings: copies of five demonstrators against static, beside their controls.
+
+``make from-recordings`` (about an hour and a half on 2 cores, besides the seasons of two apprentices) plays
+the matches of each demonstrator against static, learns from poses alone, and writes ``goals.csv``. What was
+done is kept: a study that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+from harness import ROOT, Parts, going_on, logged, of_pairs, seasons, workers
+from options.dealt import NOISY
+
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import MatchInPlay
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
+from pitchlore.pipeline.arena.physics.camera import CameraSettings
+from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.imitations import settings_of
+from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.face.league import League
+from pitchlore.pipeline.settings import ImitationSettings, KnowledgeSettings, OptionSettings, Settings
+from pitchlore.pipeline.stages.policies.imitate import imitate
+from pitchlore.pipeline.store import Store
+from pitchlore.schemas import Clues, Decisions, Policies
+
+#: Seasons whose apprentices are demonstrators, by settings and seed; and scripts that are.
+SEASONS = (("looking-held", 4301), ("looking-all", 4303))
+TEAMS = (*(f"{name}-static-{seed}" for name, seed in SEASONS), "best-constant", "pressing", "static")
+#: Numbers of recorded matches; pairs that each team plays against static; seconds of a match; first seeds.
+#: All were written down before any match was played.
+RECORDED, PAIRS, SECONDS, FIRST_RECORDED, FIRST_PLAYED = (5, 10, 30), 25, 480.0, 4_400_000, 4_410_000
+#: The name of a demonstrator in its recordings.
+NAME = "demonstrator"
+#: The word of the team that learned from shuffled clues.
+SHUFFLED = "shuffled"
+FOLDER = Path(__file__).parent
+
+
+class Job(NamedTuple):
+    """A match against static: data folder and word of a team, seed, the team's side, camera, seconds."""
+
+    data: str
+    team: str
+    seed: int
+    away: bool
+    noisy: bool
+    seconds: float
+
+    def recipe(self, policies: dict[str, PolicyTables]) -> Recipe:
+        """The match; the team's policy is added to ``policies``."""
+        teams = [self._entrant(policies), TeamSettings(kind="static")]
+        home, away = teams[::-1] if self.away else teams
+        return Recipe(home=home, away=away, seed=self.seed, camera=NOISY if self.noisy else CameraSettings(),
+                      referee=RefereeSettings(duration_s=self.seconds))
+
+    def _entrant(self, policies: dict[str, PolicyTables]) -> TeamSettings:
+        if self.team != SHUFFLED:
+            return entrant(Store(Path(self.data)), self.team, policies).settings
+        policies[SHUFFLED] = PolicyTables(*(
+            pl.read_parquet(Path(self.data, f"{name}.parquet")) for name in ("policies", "appraisals")))
+        return TeamSettings(kind="learned", policy=SHUFFLED, clock_s=OptionSettings().window_s)
+
+
+def recorded(job: Job, path: Path) -> None:
+    """Play a match, and keep its poses and its referee's words; what the team decided is left out."""
+    if path.exists():
+        return
+    policies: dict[str, PolicyTables] = {}
+    recipe = job.recipe(policies)
+    log = matches.read(logged(recipe, policies), where=recipe.match_id)
+    named = {"away" if job.away else "home": NAME, "home" if job.away else "away": "static"}
+    bare = replace(log, decisions=Decisions.empty(), info=log.info.model_copy(update=named))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("wb") as file:
+        matches.write(bare, file)
+
+
+def ahead(job: Job) -> int:
+    """Goals that the team was ahead by."""
+    policies: dict[str, PolicyTables] = {}
+    recipe = job.recipe(policies)
+    match = MatchInPlay(recipe, controllers_of(recipe, policies), logged=False)
+    while match.advance(4096):
+        pass
+    home, away = match.score
+    return away - home if job.away else home - away
+
+
+class Study(NamedTuple):
+    """A run of the study: its data folder, its sizes, and where matches are played."""
+
+    data: Path
+    recorded: Sequence[int] = RECORDED
+    pairs: int = PAIRS
+    seconds: float = SECONDS
+
+    def pair(self, place: int, data: Path, team: str) -> list[Job]:
+        """The two matches of a pair."""
+        seed = FIRST_PLAYED + place
+        return [Job(str(data), team, seed, away, False, self.seconds) for away in (False, True)]
+
+    def recordings(self, team: str, noisy: bool) -> list[tuple[Job, Path]]:
+        """The recordings of a demonstrator; it plays home and away in turn."""
+        folder = self.data / "recordings" / f"{team}{'-noisy' if noisy else ''}"
+        return [(Job(str(self.data), team, FIRST_RECORDED + i, i % 2 == 1, noisy, self.seconds),
+                 folder / f"{i:02d}.mcap") for i in range(max(self.recorded))]
+
+    def learned(self, team: str) -> Iterator[tuple[str, int, Path, str]]:
+        """Kind, recordings, data folder and word of each team that is learned from a demonstrator."""
+        for noisy, counts in ((False, self.recorded), (True, self.recorded[-1:])):
+            for count in counts:
+                files = [path for _, path in self.recordings(team, noisy)[:count]]
+                name = "copy, noisy camera" if noisy else "copy"
+                imitating = settings_of(Settings(), NAME)
+                yield name, count, *self._run(team, f"copy{noisy:d}-{count}", files, imitating)
+        for count in (self.recorded[0], self.recorded[-1]):
+            files = [path for _, path in self.recordings(team, False)[:count]]
+            usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
+            yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, usual)
+        yield "copy, clues shuffled", self.recorded[-1], *self._shuffled(team)
+
+    def _run(self, team: str, name: str, files: Sequence[Path], settings: Settings) -> tuple[Path, str]:
+        """The newest policy of a run on recordings."""
+        store = Store(self.data / "learned" / f"{team}-{name}")
+        report = League(store).run(*files, settings=settings)
+        if report.failures:
+            raise SystemExit(str(report.failures))
+        return store.root, f"learned:{report.policy}"
+
+    def _shuffled(self, team: str) -> tuple[Path, str]:
+        """A policy as that of the copy, from clues that were dealt out anew among the windows of a role."""
+        learned, most = self.data / "learned", self.recorded[-1]
+        store, root = Store(learned / f"{team}-copy0-{most}"), learned / f"{team}-shuffled"
+        if not (root / "appraisals.parquet").exists():
+            sides = dict(League(store).ask("select match_id, home from matches").iter_rows())
+            clues = pl.concat([table_of(store, receipt, Clues).filter(
+                pl.col("team") == ("home" if sides[receipt.name] == NAME else "away"))
+                for receipt in store.receipts("options")])
+            dealt = clues.with_columns(pl.col("ratios").shuffle(seed=0).over("role"))
+            pairs, appraisals = imitate(dealt, ImitationSettings(), 1)
+            root.mkdir(parents=True, exist_ok=True)
+            Policies.of([row | {"version": 1, "knowledge_version": 1, "q": row["value"], "visits": 0,
+                                "evidence": 0.0} for row in pairs.drop("initial").iter_rows(named=True)],
+                        ).write_parquet(root / "policies.parquet")
+            appraisals.write_parquet(root / "appraisals.parquet")
+        return root, SHUFFLED
+
+
+def row(
+    study: Study, parts: Parts, pool: Executor, team: str, kind: str, count: int, data: Path, word: str
+) -> dict[str, object]:  # fmt: skip
+    """A row of the table: how far a team is ahead of static."""
+    jobs = [job for place in range(study.pairs) for job in study.pair(place, data, word)]
+    found = np.array(parts(jobs, ahead, pool)).reshape(-1, 2).mean(axis=1)
+    return {"demonstrator": team, "team": kind, "recordings": count, **of_pairs(found.tolist())}
+
+
+def main(study: Study, out: Path = FOLDER, teams: Sequence[str] = TEAMS) -> pl.DataFrame:
+    """Play what is missing, and write the table."""
+    rows: list[dict[str, object]] = []
+    with going_on(out, __file__) as parts, workers() as pool:
+        for team in teams:
+            for noisy in (False, True):
+                list(pool.map(recorded, *zip(*study.recordings(team, noisy), strict=True)))
+            made = partial(row, study, parts, pool, team)
+            rows.append(made("itself", 0, study.data, team))
+            for kind, count, data, word in study.learned(team):
+                rows.append(made(kind, count, data, word))
+                print(rows[-1], flush=True)
+            table = pl.DataFrame(rows).with_columns(pl.col("difference", "low", "high").round(2))
+            table.write_csv(out / "goals.csv")
+    return table
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "data" / "from-recordings"
+    for settings, season in SEASONS:
+        seasons(settings, [season], folder)
+    main(Study(folder))
