@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal, get_args
+from typing import Any, ClassVar
 
 import dataframely as dy
 import polars as pl
@@ -10,11 +10,8 @@ import polars as pl
 from pitchlore.schemas.paradigms import VERDICTS
 from pitchlore.schemas.table import ROLES, SLUG, STAND_IN, Table, match_id, unit
 
-#: Whom seasons are played against; another one makes new versions of the tables that name it.
-Opponent = Literal["static", "human-like", "random", "person"]
-OPPONENTS: tuple[Opponent, ...] = get_args(Opponent)
-#: The opponent that is no script: a person plays it in a window.
-PERSON: Opponent = "person"
+#: The opponent that is no team of ours: a person plays it in a window.
+PERSON = "person"
 CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged", "by construction")
 
 
@@ -23,7 +20,7 @@ class OfGame(Table):
 
     season = dy.String(primary_key=True, regex=SLUG, description="season the row belongs to: a slug, unique in a data folder")
     settings = dy.String(regex=SLUG, description="name of the season's settings: paper, best, or an ablation's")
-    opponent = dy.Enum(OPPONENTS, description=f"team played against; person: a person in a window. {STAND_IN}")
+    opponent = dy.String(regex=SLUG, description=f"team played against; person: a person in a window. {STAND_IN}")
     seed = dy.Int64(min=0, description="seed of the season; all its random numbers follow from it")
     game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
 
@@ -37,7 +34,7 @@ class Games(OfGame):
     """
 
     NAME: ClassVar[str] = "games"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
     SINCE: ClassVar[int] = 1
 
     match_id = match_id()
@@ -96,7 +93,7 @@ class Growth(OfGame):
     """
 
     NAME: ClassVar[str] = "growth"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
     SINCE: ClassVar[int] = 1
 
     role = dy.Enum(ROLES, primary_key=True, description="role of the robot")

@@ -104,7 +104,7 @@ def test_evaluate_output(call, tmp_path):
     ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
     ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
     ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"),
-    ("season", "--opponent", "nobody"), ("recrod",),
+    ("recrod",),
 ])
 def test_bad_options(call, tmp_path, words):
     """An option that does not fit is one line of error that says what to do next."""

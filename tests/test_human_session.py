@@ -197,8 +197,7 @@ def test_no_window(call, monkeypatch, tmp_path):
 
 def test_opposing(tmp_path):
     """The opponent of a season against a person is the team that a person plays; others are scripts."""
-    assert OWN.opposing == TeamSettings(kind="human")
-    assert OWN.recipes(1, None)[0].away == OWN.opposing
-    assert OWN.model_copy(update={"opponent": "static"}).opposing == TeamSettings(kind="static")
+    assert OWN.recipes(1, None)[0].away == OWN.rival(1).team == TeamSettings(kind="human")
+    assert OWN.model_copy(update={"opponent": "static"}).rival(1).team == TeamSettings(kind="static")
     with pytest.raises(BadSettings, match="a person plays at the window"):
         loop.play_game(tmp_path, OWN, 1)

@@ -44,7 +44,10 @@ def alone(**chosen):
     return KnowledgeSettings(**{"backoff": (), **chosen})
 
 
-def occasions(tables, version, chosen=alone(), *, sides=BOTH, learner=US, **kwargs):
+ALONE = alone()
+
+
+def occasions(tables, version, chosen=ALONE, *, sides=BOTH, learner=US, **kwargs):
     """Occasions of matches in which home is us."""
     return knowledge.occasions(((table, sides) for table in tables), learner, version, chosen, **kwargs)
 

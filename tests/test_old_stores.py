@@ -21,8 +21,17 @@ from pitchlore.pipeline.store.receipts import FileRecord, Manifest
 from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, joined, to_parquet
 from pitchlore.pipeline.store.verification import verify
 from pitchlore.pipeline.store.work import Made
-from pitchlore.schemas import ROLES, Behaviours, Decisions, Evaluations, Games, Occasions, Patterns, Sides
-from pitchlore.schemas.seasons import OPPONENTS, PERSON
+from pitchlore.schemas import (
+    ROLES,
+    Behaviours,
+    Decisions,
+    Evaluations,
+    Games,
+    Growth,
+    Occasions,
+    Patterns,
+    Sides,
+)
 
 ADDS_UP = KnowledgeSettings(accumulate=True)
 NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y", "team", "kind"}
@@ -146,18 +155,17 @@ def test_older_evaluations():
     assert from_parquet(data.getvalue(), Evaluations, where="old").equals(now)
 
 
-def test_wider_enumeration(tmp_path):
-    """A table whose enumerations have got words since is read, its newer columns are null; a strange word is refused."""
-    games, _ = season(last=2)
-    now = Games.validate(games)
-    fewer = pl.Enum([word for word in OPPONENTS if word != PERSON])
-    before = now.drop("left").with_columns(pl.col("opponent").cast(fewer))
+def test_earlier_enumerations(tmp_path):
+    """A word of few in an earlier version may be any now; newer columns are null; other enumerations are refused."""
+    now, growth = (table.validate(rows) for table, rows in zip((Games, Growth), season(last=2), strict=True))
+    few = pl.Enum(["static", "random"])
+    before = now.drop("left").with_columns(pl.col("opponent").cast(few))
     data = io.BytesIO()
     pyarrow.parquet.write_table(before.to_arrow().replace_schema_metadata({SCHEMA_KEY: "games/1"}), data)
     assert from_parquet(data.getvalue(), Games, where="old").equals(now)
     assert joined([data.getvalue(), to_parquet(now, Games, where="new")], Games, where=["old", "new"]).equals(pl.concat([now, now]))
-    strange = before.with_columns(pl.lit("static").cast(pl.Enum(["static", "nobody"])).alias("opponent"))
+    strange = growth.with_columns(pl.col("role").cast(pl.String).cast(pl.Enum([*ROLES, "nobody"])))
     data = io.BytesIO()
-    pyarrow.parquet.write_table(strange.to_arrow().replace_schema_metadata({SCHEMA_KEY: "games/1"}), data)
-    with pytest.raises(SchemaMismatch, match="opponent"):
-        from_parquet(data.getvalue(), Games, where="old")
+    pyarrow.parquet.write_table(strange.to_arrow().replace_schema_metadata({SCHEMA_KEY: "growth/1"}), data)
+    with pytest.raises(SchemaMismatch, match="role"):
+        from_parquet(data.getvalue(), Growth, where="old")

@@ -297,11 +297,11 @@ def test_measured():
     found = measured(games, pl.concat([apprentices(3, late=lambda s: 2), evaluation("best-human-like-s0", pairs=4)]))
     columns = ("settings", "opponent", "games", "against", "seasons", "matches")
     assert found.select(columns).rows() == [
-        ("best", STATIC, 35, RANDOM, 3, 60), ("best", STATIC, 35, STATIC, 3, 60), ("best", HUMAN, 35, STATIC, 1, 8)]
-    row = found.row(0, named=True)
+        ("best", HUMAN, 35, STATIC, 1, 8), ("best", STATIC, 35, RANDOM, 3, 60), ("best", STATIC, 35, STATIC, 3, 60)]
+    row = found.row(1, named=True)
     assert (row["won"], row["lost"], row["other"], row["difference"]) == pytest.approx((0.9, 0.0, 95.0, 3.6))
     assert row["won_low"] == pytest.approx(wilson(27, 30)[0])
-    assert found.row(2, named=True)["won_low"] is None
+    assert found.row(0, named=True)["won_low"] is None
     assert measured(games, NONE).height == 0
 
 

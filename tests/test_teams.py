@@ -17,9 +17,10 @@ from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.teams import entrant, learned_team
 from pitchlore.pipeline.live.encoding import Wheels
 from pitchlore.pipeline.live.remote import RemoteController
+from pitchlore.pipeline.stages.seasons.settings import ITSELF
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import ROLES
-from pitchlore.schemas.seasons import OPPONENTS, PERSON
+from pitchlore.schemas.seasons import PERSON
 from pitchlore.schemas.table import STAND_INS
 
 every_team = pytest.mark.parametrize("name", TEAMS)
@@ -104,8 +105,7 @@ def test_is_described_and_drawn(name):
 
 
 def test_names_of_the_schemas():
-    """The names that the schemas fix are teams, and opponents play by themselves, but for a person."""
-    assert set(OPPONENTS) - {PERSON} <= set(SCRIPTED)
+    """The names that the schemas fix are teams, but for a person."""
     assert PERSON not in TEAMS  # it is no team for `record`
     assert set(STAND_INS) <= set(TEAMS)
 
@@ -114,7 +114,7 @@ def test_names_of_the_schemas():
 def test_help_names_the_teams(command, call):
     """The help of a command that takes a team names those that it takes."""
     said = re.sub(r"[^\w-]+", " ", call(command, "--help")[1]).split()
-    assert set(OPPONENTS if command == "season" else SCRIPTED) <= set(said)
+    assert {*SCRIPTED, *([PERSON, ITSELF] if command == "season" else [])} <= set(said)
 
 
 def test_unknown_team(tmp_path):

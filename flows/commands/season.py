@@ -16,6 +16,7 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.playing import Seed
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
+from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.arena.window import window_class
 from pitchlore.pipeline.base.errors import BadSettings, CorruptFile
 from pitchlore.pipeline.engine.catalog import refresh_into
@@ -23,8 +24,10 @@ from pitchlore.pipeline.engine.games import next_of
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.season import play_seasons
+from pitchlore.pipeline.engine.teams import rivals
 from pitchlore.pipeline.sessions.human import check_person_can_play, sit
 from pitchlore.pipeline.stages.seasons.settings import (
+    ITSELF,
     Season,
     SeasonSettings,
     named_settings,
@@ -33,13 +36,14 @@ from pitchlore.pipeline.stages.seasons.settings import (
 )
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Games, note_on
-from pitchlore.schemas.seasons import OPPONENTS, PERSON, Opponent
+from pitchlore.schemas.seasons import PERSON
 from pitchlore.schemas.table import SLUG
 
 #: Option: the opponents.
-WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), show_default=False, help=(
-    f"Opponent: {', '.join(OPPONENTS)} (you, in a window); may be repeated (default: those in the settings, "
-    "which are static for best, and static and human-like for paper)."
+WhoIsPlayed = Annotated[tuple[str, ...], Parameter(negative=(), show_default=False, help=(
+    f"Opponent: a script ({', '.join(SCRIPTED)}), {PERSON} (you, in a window), {ITSELF}, or any team that "
+    "evaluate takes; may be repeated (default: those in the settings, which are static for best, and static "
+    "and human-like for paper)."
 ))]  # fmt: skip
 
 
@@ -47,6 +51,7 @@ def season(
     *,
     settings: str = "best",
     opponent: WhoIsPlayed = (),
+    in_turn: Flag = False,
     seed: Seed = 1,
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
@@ -67,6 +72,7 @@ def season(
         settings: Named settings (paper, paper-literal, best, best-in-games, looking, looking-held) or a
             TOML file.
         opponent: Opponent.
+        in_turn: Play all opponents in one season, a game each in turn (default: each has seasons of its own).
         seed: Seed of the first season; each later season has the next seed.
         seasons: Number of seasons against each opponent.
         games: Number of games in a season (default: from the settings). With more games a finished season
@@ -82,9 +88,11 @@ def season(
     if games is not None:
         chosen = SeasonSettings.model_validate(chosen.model_dump() | {"games": games})
     opponents = opponent or chosen.opponents
+    groups = [opponents] if in_turn else [(word,) for word in opponents]
+    played = [rivals(store, group, chosen) for group in groups]
     wanted = [
-        Season(name=name, opponent=against, seed=number, settings=chosen)
-        for number in range(seed, seed + seasons) for against in opponents
+        _named(Season(name=name, opponent=against, rivals=found, seed=number, settings=chosen))
+        for number in range(seed, seed + seasons) for against, found in played
     ]
     if PERSON in opponents:
         report = _in_person(store, wanted, on, now, discard, say=not json)
@@ -144,6 +152,18 @@ def _in_person(
     return report
 
 
+def _named(season: Season) -> Season:
+    """The season.
+
+    Raises:
+        BadSettings: if its id is too long for a name.
+    """
+    if re.match(SLUG, season.id):
+        return season
+    raise BadSettings("is too long for the name of a season", where=season.id,
+                      next_step="Name the settings file, or fewer opponents, in fewer letters")
+
+
 def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     """The name of settings, and the settings: those in the package of this name, or a file's.
 
@@ -154,7 +174,7 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     if not word.endswith(".toml"):
         return word, named_settings(word)
     path = Path(word)
-    if not re.match(SLUG, f"{path.stem}-{max(OPPONENTS, key=len)}-9999"):  # the longest id of its seasons
+    if not re.match(SLUG, f"{path.stem}-human-like-9999"):
         raise BadSettings("its name cannot name a season", where=word,
                           next_step="Name the file in lower case letters, digits and hyphens, 48 at most")
     if path.stem in names():

@@ -29,7 +29,7 @@ from pitchlore.pipeline.engine.outputs import match_names, need, table_of
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.stage import Per, Scope
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.teams import labelled
+from pitchlore.pipeline.engine.teams import labelled, load_rival
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.stages.seasons.tables import game_row, growth_rows, states_played
@@ -106,6 +106,7 @@ def play_game(data: Path, season: Season, game: int, recorder: MatchRecorder = r
         label, tables = labelled(own, own.manifest("policies", before.details["policy"]))
         known[label] = tables
     recipes = season.recipes(game, label)
+    load_rival(Store(data), season.rival(game), known)
     for recipe in recipes:
         recorder(own, recipe, known)
     return [recipe.match_id for recipe in recipes]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import shlex
+from collections.abc import Sequence
 from typing import NamedTuple, TypedDict, Unpack
 
 from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, constant_team
@@ -16,15 +18,18 @@ from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.stages.evaluations import Entrant
-from pitchlore.pipeline.stages.seasons.settings import Season
+from pitchlore.pipeline.stages.seasons.settings import ITSELF, Rival, Season, SeasonSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.paths import SAFE_NAME
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import Appraisals, Policies
+from pitchlore.schemas.seasons import PERSON
 
 _SEASONS = "seasons"
 #: Word of a team that another program drives.
 REMOTE = "remote"
+#: Most characters of the name of a season's opponent.
+_LONGEST = 32
 
 
 class TeamOptions(TypedDict, total=False):
@@ -96,6 +101,57 @@ def playing(team: Entrant, **options: Unpack[TeamOptions]) -> Entrant:
     settings["clock"] = team.settings.clock.model_dump() | clock
     plays = fitted(TeamSettings, settings, where=team.name, keys="See pipeline.engine.teams.TeamOptions")
     return team.model_copy(update={"settings": plays})
+
+
+def rivals(store: Store, words: Sequence[str], settings: SeasonSettings) -> tuple[str, tuple[Rival, ...]]:
+    """The opponents of a season, by their words.
+
+    Args:
+        store: the data folder.
+        words: the word of an opponent, or of several that take turns: as for :func:`entrant`, or itself.
+        settings: settings of the season; the apprentice plays against itself as it plays.
+
+    Returns:
+        Name and rivals for :class:`pipeline.stages.seasons.settings.Season`. A script alone, or a person, has
+        a name and no rivals.
+
+    Raises:
+        BadSettings: if a word names no team that can be played against.
+        NotFound: if a policy does not exist.
+    """
+    if len(words) == 1 and (words[0] in SCRIPTED or words[0] == PERSON):
+        return words[0], ()
+    found = []
+    for word in words:
+        if word in (REMOTE, PERSON):
+            raise BadSettings(f"{word!r} takes no turns with others, and learns nothing", where="--opponent",
+                              next_step="Name it alone, or leave it out")
+        if word == ITSELF:
+            team = TeamSettings(kind="learned", min_visits=settings.min_visits, clock=settings.clock,
+                                clock_s=settings.clock_s, predict_s=settings.predict_s)
+            found.append(Rival(word=word, team=team))
+            continue
+        player = entrant(store, word, {})
+        fixed = f"learned:{player.policy_version}" if word == "learned" or word.isdecimal() else word
+        found.append(Rival(word=fixed, team=player.settings))
+    name = re.sub(r"[^a-z0-9]+", "-", "-".join(rival.word for rival in found).lower()).strip("-")
+    if len(name) > _LONGEST:
+        name = f"{name[:_LONGEST - 9].rstrip('-')}-{digest(name.encode())[:8]}"
+    return name, tuple(found)
+
+
+def load_rival(store: Store, rival: Rival, policies: dict[str, PolicyTables]) -> None:
+    """Add an opponent's policy, if it has one, to ``policies``.
+
+    Raises:
+        BadSettings: if its policy is another by now.
+        NotFound: if its policy is gone.
+    """
+    if rival.word != ITSELF and rival.team.policy is not None:
+        entrant(store, rival.word, policies)
+        if rival.team.policy not in policies:
+            raise BadSettings("has learned since the season began", where=rival.word,
+                              next_step="Play a season of another seed")
 
 
 def learned_team(store: Store, word: str, **options: Unpack[TeamOptions]) -> LearnedTeam:

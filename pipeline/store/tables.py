@@ -103,12 +103,13 @@ def scan(paths: Sequence[str], schema: type[Table]) -> pl.LazyFrame:
     return pl.concat(parts)
 
 
-def _widened(frame: pl.DataFrame, schema: type[Table]) -> Iterator[tuple[str, pl.Enum]]:
-    """Enumerations of an earlier version of a table that have got more words since: column and type now."""
+def _widened(frame: pl.DataFrame, schema: type[Table]) -> Iterator[tuple[str, pl.DataType]]:
+    """Enumerations of an earlier version of a table that have more words now, or any: column and type."""
     for name, before in frame.schema.items():
         now = schema.dtypes()[name]
-        if (isinstance(before, pl.Enum) and isinstance(now, pl.Enum) and before != now
-                and set(before.categories) <= set(now.categories)):
+        if not isinstance(before, pl.Enum) or before == now:
+            continue
+        if now == pl.String or (isinstance(now, pl.Enum) and set(before.categories) <= set(now.categories)):
             yield name, now
 
 

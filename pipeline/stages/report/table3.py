@@ -15,11 +15,11 @@ from importlib import resources
 
 import polars as pl
 
-from pitchlore.schemas.seasons import PERSON, Opponent
+from pitchlore.schemas.seasons import PERSON
 
 #: Our opponents beside each of the paper's columns, whose names begin with the key. The first that has
 #: seasons counts: until a person has played, a second script stands beside the human column.
-COLUMNS: dict[str, tuple[Opponent, ...]] = {"humans": (PERSON, "human-like"), "static": ("static",)}
+COLUMNS: dict[str, tuple[str, ...]] = {"humans": (PERSON, "human-like"), "static": ("static",)}
 
 #: First game of the paper's static column that starts with the apprentice far ahead.
 CHANGE = 11

@@ -12,11 +12,13 @@ from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.base.toml import Frozen, fitted, overlaid, toml_tables
 from pitchlore.pipeline.settings import Settings, none_twice
-from pitchlore.schemas.seasons import PERSON, Opponent
+from pitchlore.schemas.seasons import PERSON
 
 #: Seeds reserved for the matches of one season, and of one game.
 _SEEDS_A_SEASON = 100_000
 _SEEDS_A_GAME = 100
+#: The opponent that is the apprentice itself, with the policy of the game before.
+ITSELF = "itself"
 
 
 class SeasonSettings(MatchSettings):
@@ -27,11 +29,11 @@ class SeasonSettings(MatchSettings):
 
     Attributes:
         games: number of games; the paper plays 35.
-        opponents: opponents if the command names none, each in seasons of its own.
+        opponents: words of opponents if the command names none, each in seasons of its own.
         lead: goals that the apprentice is ahead by at the start of a game.
         lead_from: first game with this lead; earlier games start 0 : 0. The paper changes the score against
             its static opponent at game 11.
-        lead_against: opponents against which the apprentice has the lead.
+        lead_against: names of opponents against which the apprentice has the lead.
         practice: further matches beside each game, for learning only; the tables do not count them.
         explore: probability in the first game that a robot takes any behaviour that it knows for a state
             instead of the best.
@@ -50,11 +52,11 @@ class SeasonSettings(MatchSettings):
     """
 
     games: int = Field(default=35, ge=1)
-    opponents: Annotated[tuple[Opponent, ...], AfterValidator(none_twice)] = Field(
+    opponents: Annotated[tuple[str, ...], AfterValidator(none_twice)] = Field(
         default=("static",), min_length=1)
     lead: int = Field(default=0, ge=0)
     lead_from: int = Field(default=11, ge=1)
-    lead_against: tuple[Opponent, ...] = ("static",)
+    lead_against: tuple[str, ...] = ("static",)
     practice: int = Field(default=0, ge=0, lt=_SEEDS_A_GAME)
     explore: float = Field(default=0.1, ge=0, le=1)
     explore_last: float = Field(default=0.1, ge=0, le=1)
@@ -74,18 +76,33 @@ class SeasonSettings(MatchSettings):
         return 1 + self.practice
 
 
+class Rival(Frozen):
+    """An opponent as it plays.
+
+    Attributes:
+        word: its word, as people call it.
+        team: the team. Of :data:`ITSELF` the policy is the apprentice's own in each game.
+    """
+
+    word: str
+    team: TeamSettings
+
+
 class Season(Frozen):
     """One season: settings, opponent and seed.
 
     Attributes:
         name: name of the settings.
-        opponent: opponent in all its games.
+        opponent: name of the opponent: a script's, :data:`PERSON`, or that of its rivals.
+        rivals: opponents that are neither a script nor a person, or that take turns: each plays every so
+            manyth game.
         seed: seed of everything random but what a person does; seasons of several people have their own.
         settings: settings of the season.
     """
 
     name: str
-    opponent: Opponent
+    opponent: str
+    rivals: tuple[Rival, ...] = Field(default=(), exclude_if=lambda rivals: not rivals)
     seed: int = Field(ge=0, lt=10_000)
     settings: SeasonSettings
 
@@ -94,10 +111,12 @@ class Season(Frozen):
         """Name of the season: settings, opponent and seed."""
         return f"{self.name}-{self.opponent}-{self.seed}"
 
-    @property
-    def opposing(self) -> TeamSettings:
-        """The opponent as a team in matches."""
-        return TeamSettings(kind="human" if self.opponent == PERSON else self.opponent)
+    def rival(self, game: int) -> Rival:
+        """The opponent in a game (the first is 1)."""
+        if self.rivals:
+            return self.rivals[(game - 1) % len(self.rivals)]
+        kind = "human" if self.opponent == PERSON else self.opponent
+        return Rival(word=self.opponent, team=TeamSettings.model_validate({"kind": kind}))
 
     @property
     def grows(self) -> bool:
@@ -131,6 +150,8 @@ class Season(Frozen):
         along = (game - 1) / max(own.games - 1, 1)
         explore = own.explore + along * (own.explore_last - own.explore)
         first = self.seed * _SEEDS_A_SEASON + game * _SEEDS_A_GAME
+        rival = self.rival(game)
+        away = rival.team.model_copy(update={"policy": policy}) if rival.word == ITSELF else rival.team
         explores = [own.explore_counted, *[True] * own.practice]
         return [
             Recipe(
@@ -141,7 +162,7 @@ class Season(Frozen):
                     clock_s=own.clock_s, predict_s=own.predict_s,
                     explore_s=own.explore_s if tries else 0.0,
                 ),
-                away=self.opposing,
+                away=away,
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),
             )
             for match, tries in enumerate(explores)

@@ -133,7 +133,7 @@ def _drawn(panels: Sequence[_Panel], columns: int, *, shared: bool = False) -> F
     grid = figure.subplots(lines, columns, sharex=True, sharey=shared, squeeze=False)
     for place, (axes, panel) in enumerate(zip(grid.flat, panels, strict=True)):
         for (name,), curve in panel.rows.partition_by("opponent", as_dict=True).items():
-            team = TEAMS["human" if name == PERSON else str(name)]
+            team = TEAMS.get("human" if name == PERSON else str(name), TEAMS["learned"])
             draw(axes, curve, f"against {_named(str(name))} ({seasons(curve)})", team.colour, team.dashes)
         axes.set_title(panel.title, loc="left", fontsize=10.0)
         axes.set_ylabel(panel.label)
