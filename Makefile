@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options \
+.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options from-recordings \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -139,7 +139,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options paradigms seasons sensitivity looking trial  ## most studies, into data/studies/ (about twelve hours)
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options from-recordings paradigms seasons sensitivity looking trial  ## most studies, into data/studies/ (about twelve hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -230,6 +230,9 @@ study-options: $(READY)  ## ratios and classes of options, and what is recovered
 	$(BIN)/python data/studies/options/shipped.py
 	$(BIN)/python data/studies/options/alike.py
 	$(BIN)/python data/studies/options/study.py
+
+from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour and a half)
+	$(BIN)/python data/studies/from_recordings/study.py
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	$(BIN)/python data/studies/labels/study.py $(RECORDINGS)

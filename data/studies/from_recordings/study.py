@@ -125,7 +125,7 @@ class Study(NamedTuple):
                 name = "copy, noisy camera" if noisy else "copy"
                 imitating = settings_of(Settings(), NAME)
                 yield name, count, *self._run(team, f"copy{noisy:d}-{count}", files, imitating)
-        for count in (self.recorded[0], self.recorded[-1]):
+        for count in sorted({self.recorded[0], self.recorded[-1]}):
             files = [path for _, path in self.recordings(team, False)[:count]]
             usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
             yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, usual)
