@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import MATCH, patterns
 
+from pitchlore.pipeline.engine.knowledge import known_shares
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.stages import knowledge
 from pitchlore.pipeline.stages.knowledge import (
     behaviours,
     diff,
-    known_shares,
     merge_behaviours,
     merge_occasions,
 )

@@ -235,7 +235,7 @@ def test_stage_too_early(tmp_path, clips):
 
 def test_other_state_key(data):
     """A policy of another state key lends no value."""
-    report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
+    report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19", backoff=())))
     assert (report.failures, report.policy) == ({}, 2)
     (roles,) = Store(data).manifest("policies", 2).details["tables"].values()
     assert all(counts["new_pairs"] == counts["pairs"] for counts in roles.values())

@@ -18,6 +18,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
+from pitchlore.schemas.behaviours import moves_randomly
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
 _PARENT = "parent"
@@ -123,6 +124,23 @@ def of_imitated(knowledge: Held, rows: pl.DataFrame) -> pl.DataFrame:
     """Rows with columns team and kind: those of the team that policies of a version imitate, else all."""
     team = imitates(knowledge)
     return rows if team is None else rows.filter(**team._asdict())
+
+
+def known_shares(seen: pl.DataFrame) -> dict[str, float]:
+    """The share of a team's decisions whose state is known, by each key, from fine to coarse.
+
+    Each decision is left out in turn: its state is known if in another one there the role chose a behaviour
+    other than moves randomly. So a state that was seen once is not known.
+
+    Args:
+        seen: rows of schema Occasions, of one team.
+    """
+    learned = pl.col("count").filter(pl.col("behaviour_id") != moves_randomly()).sum()
+    states = seen.group_by("key", "role", "state").agg(pl.col("count").sum(), learned=learned)
+    known = pl.col("count") - (pl.col("learned") == 1)
+    known = pl.when(pl.col("learned") > 0).then(known)
+    shares = states.group_by("key").agg(known.sum() / pl.col("count").sum()).sort("key")
+    return dict(shares.drop_nulls().iter_rows())
 
 
 def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:

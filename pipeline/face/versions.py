@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import polars as pl
 
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.engine.knowledge import imitates, learned_from, of_imitated
+from pitchlore.pipeline.engine.knowledge import imitates, known_shares, learned_from, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import looks
 from pitchlore.pipeline.store import Store
@@ -107,8 +107,6 @@ class Knowledge(Version):
 
         Each decision is left out in turn: its state is known if the team chose a behaviour there elsewhere.
         """
-        from pitchlore.pipeline.stages.knowledge import known_shares  # noqa: PLC0415 (loaded when asked for)
-
         return known_shares(of_imitated(self._manifest, self.occasions))
 
     def picture(self, dpi: int = 80) -> bytes:

@@ -218,23 +218,6 @@ def _occasions(sums: pl.DataFrame, version: int, settings: KnowledgeSettings) ->
     )
 
 
-def known_shares(seen: pl.DataFrame) -> dict[str, float]:
-    """The share of a team's decisions whose state is known, by each key, from fine to coarse.
-
-    Each decision is left out in turn: its state is known if in another one there the role chose a behaviour
-    other than moves randomly. So a state that was seen once is not known.
-
-    Args:
-        seen: rows of schema Occasions, of one team.
-    """
-    learned = pl.col("count").filter(pl.col("behaviour_id") != moves_randomly()).sum()
-    states = seen.group_by("key", "role", "state").agg(pl.col("count").sum(), learned=learned)
-    known = pl.col("count") - (pl.col("learned") == 1)
-    known = pl.when(pl.col("learned") > 0).then(known)
-    shares = states.group_by("key").agg(known.sum() / pl.col("count").sum()).sort("key")
-    return dict(shares.drop_nulls().iter_rows())
-
-
 def finest(seen: pl.DataFrame) -> pl.DataFrame:
     """Occasions by the finest key only, so each counts once."""
     return seen.filter(pl.col("key").to_physical() == pl.col("key").to_physical().min())
