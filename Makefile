@@ -231,7 +231,7 @@ study-options: $(READY)  ## ratios and classes of options, and what is recovered
 	$(BIN)/python data/studies/options/alike.py
 	$(BIN)/python data/studies/options/study.py
 
-from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour and a half)
+from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour, and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/study.py
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)

@@ -1,6 +1,6 @@
 """A team from its recordings: copies of five demonstrators against static, beside their controls.
 
-``make from-recordings`` (about an hour and a half on 2 cores, besides the seasons of two apprentices) plays
+``make from-recordings`` (an hour on 2 cores, and half an hour for the seasons of two apprentices) plays
 the matches of each demonstrator against static, learns from poses alone, and writes ``goals.csv``. What was
 done is kept: a study that was stopped goes on.
 """
