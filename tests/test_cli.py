@@ -103,8 +103,7 @@ def test_evaluate_output(call, tmp_path):
     ("record", "--seed", "-1"), ("play", "--seed", "-1"), ("season", "--seed", "99999999"), ("season", "--seed", "-1"),
     ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
     ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
-    ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"),
-    ("recrod",),
+    ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"), ("recrod",),
 ])
 def test_bad_options(call, tmp_path, words):
     """An option that does not fit is one line of error that says what to do next."""

@@ -8,7 +8,6 @@ import sys
 
 import duckdb
 import polars as pl
-import pyarrow.parquet
 import pytest
 from conftest import ROOT, clip
 from docstring_parser import parse
@@ -16,6 +15,7 @@ from football.skillcorner import FILES
 from support.football import NEEDS_KLOPPY
 from support.football import RECORDINGS as FOOTBALL
 from support.league import bring
+from support.outputs import written
 from support.sessions import once
 
 import pitchlore
@@ -27,7 +27,7 @@ from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.settings import RunSettings, Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, scan, to_parquet
+from pitchlore.pipeline.store.tables import from_parquet, scan, to_parquet
 from pitchlore.schemas import PUBLIC, Goals
 
 pytestmark = pytest.mark.slow
@@ -205,8 +205,7 @@ def test_lazy_over_earlier_versions(m, tmp_path):
     """Files of an earlier version of a table are scanned as they are read: columns that are newer are null."""
     now, earlier = tmp_path / "now.parquet", tmp_path / "earlier.parquet"
     now.write_bytes(to_parquet(m.goals, Goals, where=""))
-    old = m.goals.drop("origin", "confidence").to_arrow().replace_schema_metadata({SCHEMA_KEY: "goals/1"})
-    pyarrow.parquet.write_table(old, earlier)
+    earlier.write_bytes(written(m.goals.drop("origin", "confidence"), "goals/1"))
     read = pl.concat(from_parquet(path.read_bytes(), Goals, where="") for path in (now, earlier))
     assert scan([str(earlier), str(now)], Goals).collect().equals(read)
     assert read["origin"].null_count() == m.goals.height

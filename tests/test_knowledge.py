@@ -44,12 +44,9 @@ def alone(**chosen):
     return KnowledgeSettings(**{"backoff": (), **chosen})
 
 
-ALONE = alone()
-
-
-def occasions(tables, version, chosen=ALONE, *, sides=BOTH, learner=US, **kwargs):
+def occasions(tables, version, chosen=None, *, sides=BOTH, learner=US, **kwargs):
     """Occasions of matches in which home is us."""
-    return knowledge.occasions(((table, sides) for table in tables), learner, version, chosen, **kwargs)
+    return knowledge.occasions(((table, sides) for table in tables), learner, version, chosen or alone(), **kwargs)
 
 
 rows = st.lists(st.tuples(st.integers(0, 3), st.sampled_from(NAMES), st.floats(-0.99, 0.99)), max_size=30)

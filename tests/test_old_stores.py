@@ -1,11 +1,10 @@
 """Data folders with knowledge whose behaviours have no intervals: shown, compared, asked, added to."""
 
-import io
 import json
 
 import polars as pl
-import pyarrow.parquet
 import pytest
+from support.outputs import written
 from support.seasons import evaluation, season
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
@@ -18,7 +17,7 @@ from pitchlore.pipeline.settings import KnowledgeSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest
-from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, joined, to_parquet
+from pitchlore.pipeline.store.tables import from_parquet, joined, to_parquet
 from pitchlore.pipeline.store.verification import verify
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import (
@@ -66,7 +65,7 @@ def old(tmp_path) -> Store:
                          1, parent=None)
     folder = store.version_folder("knowledge", 1)
     file = folder / "behaviours.parquet"
-    pyarrow.parquet.write_table(before.to_arrow().replace_schema_metadata({SCHEMA_KEY: "behaviours/1"}), file)
+    file.write_bytes(written(before, "behaviours/1"))
     manifest = store.manifest("knowledge", 1)
     record = FileRecord.of(file.name, file.read_bytes(), table="behaviours/1", rows=before.height)
     changed = Manifest.model_validate(manifest.model_dump() | {"files": {**manifest.files, "behaviours": record}})
@@ -149,23 +148,17 @@ def test_beside_new(old):
 
 def test_older_evaluations():
     """An evaluation of version 2 is read; it says nothing about fouls."""
-    now, data = evaluation("best-static-1"), io.BytesIO()
-    old = now[:, : now.columns.index("fouls_for")].to_arrow().replace_schema_metadata({SCHEMA_KEY: "evaluations/2"})
-    pyarrow.parquet.write_table(old, data)
-    assert from_parquet(data.getvalue(), Evaluations, where="old").equals(now)
+    now = evaluation("best-static-1")
+    old = written(now[:, : now.columns.index("fouls_for")], "evaluations/2")
+    assert from_parquet(old, Evaluations, where="old").equals(now)
 
 
 def test_earlier_enumerations(tmp_path):
     """A word of few in an earlier version may be any now; newer columns are null; other enumerations are refused."""
     now, growth = (table.validate(rows) for table, rows in zip((Games, Growth), season(last=2), strict=True))
-    few = pl.Enum(["static", "random"])
-    before = now.drop("left").with_columns(pl.col("opponent").cast(few))
-    data = io.BytesIO()
-    pyarrow.parquet.write_table(before.to_arrow().replace_schema_metadata({SCHEMA_KEY: "games/1"}), data)
-    assert from_parquet(data.getvalue(), Games, where="old").equals(now)
-    assert joined([data.getvalue(), to_parquet(now, Games, where="new")], Games, where=["old", "new"]).equals(pl.concat([now, now]))
+    old = written(now.drop("left").with_columns(pl.col("opponent").cast(pl.Enum(["static", "random"]))), "games/1")
+    assert from_parquet(old, Games, where="old").equals(now)
+    assert joined([old, to_parquet(now, Games, where="new")], Games, where=["old", "new"]).equals(pl.concat([now, now]))
     strange = growth.with_columns(pl.col("role").cast(pl.String).cast(pl.Enum([*ROLES, "nobody"])))
-    data = io.BytesIO()
-    pyarrow.parquet.write_table(strange.to_arrow().replace_schema_metadata({SCHEMA_KEY: "growth/1"}), data)
     with pytest.raises(SchemaMismatch, match="role"):
-        from_parquet(data.getvalue(), Growth, where="old")
+        from_parquet(written(strange, "growth/1"), Growth, where="old")

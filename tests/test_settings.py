@@ -40,18 +40,13 @@ def test_byte_order_mark():
     assert parse_settings(b"\xef\xbb\xbf[policies]\nsweeps = 3", where="club.toml").policies.sweeps == 3
 
 
-@pytest.mark.parametrize("backoff", [[], ["full35"], ["team19", "self9", "role0"]])
-def test_backoff(backoff):
-    """The keys to back off to are taken in order if each is coarser than the one before."""
-    said = parse_settings(f"[knowledge]\nbackoff = {backoff}".encode(), where="s.toml")
-    assert said.knowledge.state_keys == ("full36", *backoff)
-
-
-@pytest.mark.parametrize(("state_key", "expected"), [("full36", ("self6", "role0")), ("self6", ("role0",)), ("role0", ())])
-def test_usual_backoff(state_key, expected):
-    """Without keys to back off to, those of self6 and role0 are taken that are coarser."""
-    said = parse_settings(f"[knowledge]\nstate_key = '{state_key}'".encode(), where="s.toml")
-    assert said.knowledge.state_keys == (state_key, *expected)
+@pytest.mark.parametrize(("said", "keys"), [
+    ("", ("full36", "self6", "role0")), ("state_key = 'self6'", ("self6", "role0")), ("state_key = 'role0'", ("role0",)),
+    ("backoff = []", ("full36",)), ("backoff = ['team19', 'self9', 'role0']", ("full36", "team19", "self9", "role0")),
+])
+def test_backoff(said, keys):
+    """The keys to back off to are taken in order; if none are named, those of self6 and role0 that are coarser."""
+    assert parse_settings(f"[knowledge]\n{said}".encode(), where="s.toml").knowledge.state_keys == keys
 
 
 @pytest.mark.parametrize(("state_key", "backoff"), [

@@ -1,11 +1,10 @@
 """Values of grams: means with errors by match, shrunk towards families, merged version by version."""
 
-from pathlib import Path
 
 import numpy as np
 import polars as pl
-import pyarrow.parquet
 import pytest
+from support.outputs import written
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.estimates import estimated
@@ -14,7 +13,7 @@ from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.select import select
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
 from pitchlore.pipeline.stages.knowledge import merge_behaviours
-from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pitchlore.pipeline.store.tables import from_parquet, to_parquet
 from pitchlore.schemas import Behaviours, Grams
 
 Z = 1.959964
@@ -248,24 +247,16 @@ class TestMerging:
 class TestFilesOfVersion1:
     """Files of Behaviours version 1 have no intervals, and can be read."""
 
-    @staticmethod
-    def file(path: Path, seed: int = 1, tag: str = "behaviours/1") -> bytes:
-        before = old(seed).drop(NEW).to_arrow().replace_schema_metadata({SCHEMA_KEY: tag})
-        pyarrow.parquet.write_table(before, path)
-        return path.read_bytes()
-
-    def test_newer_columns(self, tmp_path):
+    def test_newer_columns(self):
         """The columns that are newer are null."""
-        found = from_parquet(self.file(tmp_path / "old"), Behaviours, where="old")
+        found = from_parquet(written(old(1).drop(NEW), "behaviours/1"), Behaviours, where="old")
         assert found.equals(old(1))
         Behaviours.validate(found)
         assert from_parquet(to_parquet(found, Behaviours, where=""), Behaviours, where="").equals(found)
 
-    def test_other_versions(self, tmp_path):
+    def test_other_versions(self):
         """A file of a later version is refused, and so is one that lacks an old column."""
         with pytest.raises(SchemaMismatch, match="behaviours/3"):
-            from_parquet(self.file(tmp_path / "new", tag="behaviours/3"), Behaviours, where="new")
-        lacking = old(1).drop([*NEW, "support"]).to_arrow().replace_schema_metadata({SCHEMA_KEY: "behaviours/1"})
-        pyarrow.parquet.write_table(lacking, tmp_path / "lacking")
+            from_parquet(written(old(1).drop(NEW), "behaviours/3"), Behaviours, where="new")
         with pytest.raises(SchemaMismatch, match="missing support"):
-            from_parquet((tmp_path / "lacking").read_bytes(), Behaviours, where="lacking")
+            from_parquet(written(old(1).drop([*NEW, "support"]), "behaviours/1"), Behaviours, where="lacking")

@@ -354,7 +354,6 @@ class TestBorders:
         assert outside(track[..., :2], PITCHES[kind]) < 0
 
 
-
 class TestSameAgain:
 
     def test_placing(self):

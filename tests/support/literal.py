@@ -240,8 +240,6 @@ def unless_unknown(extreme: Any, degrees: list[float]) -> float:
     return NAN if math.isnan(sum(degrees)) else extreme(degrees)
 
 
-
-
 @functools.cache
 def tree(text: str) -> ast.expr:
     return ast.parse(text, mode="eval").body
