@@ -221,7 +221,6 @@ class TestBall:
 
 
 class TestGoalkeeping:
-
     @pytest.mark.parametrize(("ball", "limit", "way"), [
         ((0.2, 0.6, 0, 0), 0.05, keep_line), ((0.2, 0.6, 0, 0), 0.20, keep_line),
         ((-0.3, 0.6, 0, 0), 0.20, lambda bodies, robot, _, m, wheels: static.guard(bodies, robot, m, wheels)),

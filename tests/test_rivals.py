@@ -45,8 +45,7 @@ def test_in_turn(call, tmp_path):
 def test_names(tmp_path):
     """A season is named for its opponents; a long name ends with a hash."""
     store = Store(tmp_path)
-    assert rivals(store, ("static",), OWN) == ("static", ())
-    assert rivals(store, ("person",), OWN) == ("person", ())
+    assert [rivals(store, (word,), OWN) for word in ("static", "person")] == [("static", ()), ("person", ())]
     assert rivals(store, ("constant:44/21/21",), OWN)[0] == "constant-44-21-21"
     name, found = rivals(store, ("static", "pressing", "counter", "constant:44/21/21"), OWN)
     assert len(name) == 32

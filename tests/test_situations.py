@@ -206,7 +206,6 @@ class TestMeaning:
 
 
 class TestMissing:
-
     def test_unknown_heading(self):
         """An unknown value fulfils neither a condition nor its opposite."""
         # without a heading the robot is neither facing the ball nor not facing it

@@ -57,7 +57,6 @@ def see(table, team=0, t=0.0, events=NOBODY, pitch=VSSS):
 
 
 class TestCounts:
-
     def test_keys(self):
         """Keys go from fine to coarse, and their names say how many elements they keep."""
         assert [int(key.lstrip("abcdefghijklmnopqrstuvwxyz")) for key in KEYS] == [len(columns(key)) for key in KEYS]
@@ -69,7 +68,6 @@ class TestCounts:
 
 
 class TestEncoding:
-
     @pytest.mark.parametrize("key", KEYS)
     @given(st.data())
     @settings(max_examples=60)

@@ -355,7 +355,6 @@ class TestBorders:
 
 
 class TestSameAgain:
-
     def test_placing(self):
         """The state before placing does not matter."""
         rng = np.random.default_rng(3)
