@@ -33,7 +33,7 @@ def test_in_turn(call, tmp_path):
     assert call(*words)[0] == 0
     assert len(list(season.receipts("matches"))) == 3
     # an apprentice is an opponent like any other, as long as it does not learn
-    name, found = rivals(store, (receipt.name,), OWN)
+    name, found = rivals(store, (receipt.name,))
     assert (name[:23], len(name), found[0].word) == ("short-pressing-constant", 32, receipt.name)
     load_rival(store, found[0], known := {})
     assert list(known) == [found[0].team.policy]
@@ -45,9 +45,9 @@ def test_in_turn(call, tmp_path):
 def test_names(tmp_path):
     """A season is named for its opponents; a long name ends with a hash."""
     store = Store(tmp_path)
-    assert [rivals(store, (word,), OWN) for word in ("static", "person")] == [("static", ()), ("person", ())]
-    assert rivals(store, ("constant:44/21/21",), OWN)[0] == "constant-44-21-21"
-    name, found = rivals(store, ("static", "pressing", "counter", "constant:44/21/21"), OWN)
+    assert [rivals(store, (word,)) for word in ("static", "person")] == [("static", ()), ("person", ())]
+    assert rivals(store, ("constant:44/21/21",))[0] == "constant-44-21-21"
+    name, found = rivals(store, ("static", "pressing", "counter", "constant:44/21/21"))
     assert len(name) == 32
     season = Season(name="x", opponent=name, rivals=found, seed=1, settings=OWN)
     assert [season.rival(game).word for game in (1, 2, 5)] == ["static", "pressing", "static"]

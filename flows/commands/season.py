@@ -89,7 +89,7 @@ def season(
         chosen = SeasonSettings.model_validate(chosen.model_dump() | {"games": games})
     opponents = opponent or chosen.opponents
     groups = [opponents] if in_turn else [(word,) for word in opponents]
-    played = [rivals(store, group, chosen) for group in groups]
+    played = [rivals(store, group) for group in groups]
     wanted = [
         _named(Season(name=name, opponent=against, rivals=found, seed=number, settings=chosen))
         for number in range(seed, seed + seasons) for against, found in played

@@ -18,7 +18,7 @@ from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.stages.evaluations import Entrant
-from pitchlore.pipeline.stages.seasons.settings import ITSELF, Rival, Season, SeasonSettings
+from pitchlore.pipeline.stages.seasons.settings import ITSELF, Rival, Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.paths import SAFE_NAME
 from pitchlore.pipeline.store.receipts import Manifest
@@ -103,13 +103,12 @@ def playing(team: Entrant, **options: Unpack[TeamOptions]) -> Entrant:
     return team.model_copy(update={"settings": plays})
 
 
-def rivals(store: Store, words: Sequence[str], settings: SeasonSettings) -> tuple[str, tuple[Rival, ...]]:
+def rivals(store: Store, words: Sequence[str]) -> tuple[str, tuple[Rival, ...]]:
     """The opponents of a season, by their words.
 
     Args:
         store: the data folder.
         words: the word of an opponent, or of several that take turns: as for :func:`entrant`, or itself.
-        settings: settings of the season; the apprentice plays against itself as it plays.
 
     Returns:
         Name and rivals for :class:`pipeline.stages.seasons.settings.Season`. A script alone, or a person, has
@@ -127,9 +126,7 @@ def rivals(store: Store, words: Sequence[str], settings: SeasonSettings) -> tupl
             raise BadSettings(f"{word!r} takes no turns with others, and learns nothing", where="--opponent",
                               next_step="Name it alone, or leave it out")
         if word == ITSELF:
-            team = TeamSettings(kind="learned", min_visits=settings.min_visits, clock=settings.clock,
-                                clock_s=settings.clock_s, predict_s=settings.predict_s)
-            found.append(Rival(word=word, team=team))
+            found.append(Rival(word=word, team=TeamSettings(kind="learned")))
             continue
         player = entrant(store, word, {})
         fixed = f"learned:{player.policy_version}" if word == "learned" or word.isdecimal() else word

@@ -193,7 +193,7 @@ class Policy(Version):
     def known(self) -> dict[str, float]:
         """The shares :attr:`Knowledge.known` of the knowledge that it was trained on.
 
-        None if the policy looks, or if that version of the knowledge is no longer there.
+        Empty if the policy looks, or if that version of the knowledge is no longer there.
         """
         number = self._manifest.details["knowledge_version"]
         if self.looks or number not in self._store.versions("knowledge"):

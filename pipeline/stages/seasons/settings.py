@@ -81,7 +81,7 @@ class Rival(Frozen):
 
     Attributes:
         word: its word, as people call it.
-        team: the team. Of :data:`ITSELF` the policy is the apprentice's own in each game.
+        team: the team. :data:`ITSELF` plays as the apprentice does in each game, without exploration.
     """
 
     word: str
@@ -151,18 +151,18 @@ class Season(Frozen):
         explore = own.explore + along * (own.explore_last - own.explore)
         first = self.seed * _SEEDS_A_SEASON + game * _SEEDS_A_GAME
         rival = self.rival(game)
-        away = rival.team.model_copy(update={"policy": policy}) if rival.word == ITSELF else rival.team
+        plays = TeamSettings(kind="learned", policy=policy, min_visits=own.min_visits, clock=own.clock,
+                             clock_s=own.clock_s, predict_s=own.predict_s)
         explores = [own.explore_counted, *[True] * own.practice]
         return [
             Recipe(
-                home=TeamSettings(
-                    kind="learned", policy=policy, min_visits=own.min_visits,
-                    explore=explore if tries else 0.0, posterior_std=own.posterior_std if tries else 0.0,
-                    lcb_weight=own.lcb_weight if match == 0 else 0.0, clock=own.clock,
-                    clock_s=own.clock_s, predict_s=own.predict_s,
-                    explore_s=own.explore_s if tries else 0.0,
-                ),
-                away=away,
+                home=plays.model_copy(update={
+                    "explore": explore if tries else 0.0,
+                    "posterior_std": own.posterior_std if tries else 0.0,
+                    "lcb_weight": own.lcb_weight if match == 0 else 0.0,
+                    "explore_s": own.explore_s if tries else 0.0,
+                }),
+                away=plays if rival.word == ITSELF else rival.team,
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),
             )
             for match, tries in enumerate(explores)
