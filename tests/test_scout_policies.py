@@ -18,6 +18,7 @@ from test_scout import test_links_lead_somewhere, test_nothing_but_text, text_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.face.versions import Knowledge
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings, SituationSettings
 from pitchlore.pipeline.stages.situations import fuzzy
@@ -114,9 +115,14 @@ def test_zones_share_the_pitch(kind):
 
 
 def test_counts_are_those_of_the_table(store, pages):
-    """The page's counts are those of the table states; most visits of a minute of play are to unsure states."""
+    """The page's counts are those of the table states, its shares of known decisions those of the knowledge."""
     states = store.read_table(store.latest("policies"), "states", States)
     shown = policy_page(pages)
+    known = Knowledge(store, store.latest("knowledge")).known
+    assert len(known) == 4
+    assert [f"{float(share):.1f} {key}" for share, key in re.findall(
+        r"([\d.]+)\s%(?: were in a state that is known)? by (\w+)", shown)] == [
+            f"{round(100 * share):.1f} {key}" for key, share in known.items()]
     for (key, role), rows in states.group_by("key", "role"):
         row = re.search(rf"<td>{key}</td><td>{role}</td>(.*?)</tr>", shown)[1]
         cells = re.findall(r">([^<]*)</td>", row)

@@ -16,13 +16,14 @@ from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.knowledge import (
     imitates,
+    known_shares,
     label_of,
     learned_from,
     lineage,
     of_imitated,
     sha256_of,
 )
-from pitchlore.pipeline.engine.outputs import digests, need
+from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.settings import AppraisalSettings, PolicySettings
 from pitchlore.pipeline.stages.sides.teams import Team, sides_of
@@ -56,6 +57,18 @@ def looks(policy: Manifest) -> bool:
     """True if a version of the policies chooses by appraisals of what is seen, and not by states."""
     found = policy.files.get(Appraisals.NAME)
     return found is not None and bool(found.rows)
+
+
+def known_play(store: Store, policy: Manifest) -> dict[str, float]:
+    """The shares of ``known_shares`` of the knowledge that a policy was trained on.
+
+    Empty if the policy looks, or if that version of the knowledge is no longer there.
+    """
+    number = policy.details["knowledge_version"]
+    if looks(policy) or number not in store.versions("knowledge"):
+        return {}
+    knowledge = store.manifest("knowledge", number)
+    return known_shares(of_imitated(knowledge, table_of(store, knowledge, Occasions)))
 
 
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:

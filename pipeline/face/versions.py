@@ -9,7 +9,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.knowledge import imitates, known_shares, learned_from, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.engine.policies import looks
+from pitchlore.pipeline.engine.policies import known_play, looks
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import Appraisals, Behaviours, Occasions, Policies, Returns, States, Table
@@ -195,10 +195,7 @@ class Policy(Version):
 
         Empty if the policy looks, or if that version of the knowledge is no longer there.
         """
-        number = self._manifest.details["knowledge_version"]
-        if self.looks or number not in self._store.versions("knowledge"):
-            return {}
-        return Knowledge(self._store, self._store.manifest("knowledge", number)).known
+        return known_play(self._store, self._manifest)
 
     def team(self, **options: Unpack[TeamOptions]) -> LearnedTeam:
         """The policy as a team for :func:`pitchlore.play`, or as an opponent in environments.

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.engine.policies import looks
+from pitchlore.pipeline.engine.policies import known_play, looks
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.state.words import levels_in_words
 from pitchlore.pipeline.store import Store
@@ -125,7 +125,7 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
 
     keep = [key for key in KEYS if any(rows["key"][0] == key and len(rows["elements"][0]) for rows in shown)]
     return about | {
-        "told": True, "unsure_share": _unsure_share(states), "groups": [_group(rows) for rows in shown],
+        "told": True, "shares": known_play(store, policy.manifest), "unsure_share": _unsure_share(states), "groups": [_group(rows) for rows in shown],
         "evidence": _evidence(states),
         "ball": [it for rows in shown if (it := _by_ball(rows, policy.pitch)) is not None],
         "unsure": [card for rows in shown for card in reported(rows.filter(unsure).sort(
