@@ -139,7 +139,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options from-recordings paradigms seasons sensitivity looking trial  ## most studies, into data/studies/ (about twelve hours)
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options from-recordings rebuilt paradigms seasons sensitivity looking trial  ## most studies, into data/studies/ (about twelve hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -233,6 +233,9 @@ study-options: $(READY)  ## ratios and classes of options, and what is recovered
 
 from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour, and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/study.py
+
+rebuilt: $(READY)  ## copies as stand-ins for their originals (half an hour, after from-recordings; and half an hour of seasons)
+	$(BIN)/python data/studies/from_recordings/rebuilt.py
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	$(BIN)/python data/studies/labels/study.py $(RECORDINGS)

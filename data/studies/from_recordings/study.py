@@ -119,17 +119,20 @@ class Study(NamedTuple):
 
     def learned(self, team: str) -> Iterator[tuple[str, int, Path, str]]:
         """Kind, recordings, data folder and word of each team that is learned from a demonstrator."""
-        for noisy, counts in ((False, self.recorded), (True, self.recorded[-1:])):
-            for count in counts:
-                files = [path for _, path in self.recordings(team, noisy)[:count]]
-                name = "copy, noisy camera" if noisy else "copy"
-                imitating = settings_of(Settings(), NAME)
-                yield name, count, *self._run(team, f"copy{noisy:d}-{count}", files, imitating)
+        for count in self.recorded:
+            yield "copy", count, *self.copy(team, count)
+        yield "copy, noisy camera", self.recorded[-1], *self.copy(team, noisy=True)
         for count in sorted({self.recorded[0], self.recorded[-1]}):
             files = [path for _, path in self.recordings(team, False)[:count]]
             usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
             yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, usual)
         yield "copy, clues shuffled", self.recorded[-1], *self._shuffled(team)
+
+    def copy(self, team: str, count: int | None = None, *, noisy: bool = False) -> tuple[Path, str]:
+        """Data folder and word of a demonstrator's copy from so many recordings (None: all)."""
+        count = self.recorded[-1] if count is None else count
+        files = [path for _, path in self.recordings(team, noisy)[:count]]
+        return self._run(team, f"copy{noisy:d}-{count}", files, settings_of(Settings(), NAME))
 
     def _run(self, team: str, name: str, files: Sequence[Path], settings: Settings) -> tuple[Path, str]:
         """The newest policy of a run on recordings."""
