@@ -1,9 +1,12 @@
 """Imitation: a team's habits, learned from the motion of its robots."""
 
+import re
+
 import numpy as np
 import polars as pl
 import pytest
 from support.played import whole
+from test_scout import test_links_lead_somewhere as leads_somewhere
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
@@ -13,9 +16,12 @@ from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraise
 from pitchlore.pipeline.engine.imitations import imitation_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.settings import ImitationSettings
 from pitchlore.pipeline.stages.policies.imitate import habits, imitate
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
+from pitchlore.pipeline.views.scout.content.write import write_pages
 from pitchlore.schemas import ROLES, Clues, Policies
 from pitchlore.schemas.options import OPTIONS
 from pitchlore.schemas.sights import SIGHT
@@ -87,7 +93,10 @@ def test_same_seed_same_policy():
 
 @pytest.mark.slow
 def test_rebuilt_team(copied, call, tmp_path):
-    """A team is rebuilt beside the folder's tables; it plays, and decides in each window; again, nothing is new."""
+    """A team is rebuilt beside the folder's tables; it plays, and decides in each window; again, nothing is new.
+
+    A page says how much of its robots' time is known, and, once the copy has played, how like the team it plays.
+    """
     before = {path: path.read_bytes() for path in copied.rglob("*.receipt.json")}
     (tmp_path / "small.toml").write_text("[policies.imitation]\nrounds = 1\ntrees = 5\n")
     words = ("imitate", "blue", "--settings", tmp_path / "small.toml", "--data", copied)
@@ -105,6 +114,53 @@ def test_rebuilt_team(copied, call, tmp_path):
     assert verify_all(Store(copied)).files > verify_all(imitation_of(Store(copied), "blue")).files > 0
     (knowledge,) = imitation_of(Store(copied), "blue").root.glob("knowledge/v0001/*behaviours*.parquet")
     assert set(pl.read_parquet(knowledge)["team"]) <= {"blue"}
+    pages = write_pages(Store(copied))
+    (page,) = pages.first.parent.glob("copies/blue-*.html")
+    shown = page.read_text()
+    windows = sum(pl.read_parquet(path).filter(pl.col("team") == "home").drop_nulls("role").height
+                  for path in imitation_of(Store(copied), "blue").root.glob("options/*.clues.parquet"))
+    assert f"in 2 matches, in {windows} windows" in shown
+    assert "<code>pitchlore record --home imitated:blue --away static --matches 10</code>" in shown
+    recovered = League(imitation_of(Store(copied), "blue")).ask("""
+        select role, avg(exists(select 1 from options o where o.match_id = t.match_id and o.team = t.team
+            and o.robot = t.robot and o.start_ns <= t.t_ns and t.t_ns < o.end_ns)::int)
+        from trajectories t join matches m using (match_id)
+        where segment is not null and role is not null and t.team = if(m.home = 'blue', 'home', 'away') group by 1""")
+    assert recovered.height == len(ROLES)
+    for role, share in recovered.iter_rows():
+        assert re.search(rf"<td>{role}</td><td[^>]*>[^<]*</td><td[^>]*>([^<]*)<", shown)[1] in (
+            f"{share:.0%}".replace("%", "\xa0%"), f"{share:.1%}".replace("%", "\xa0%"))
+    assert call("record", "--home", "imitated:blue", "--minutes", "0.5", "--data", copied)[0] == 0
+    assert call("run", "--no-train", "--on", "threads:1", "--data", copied)[0] == 0
+    again = write_pages(Store(copied))
+    shown = page.read_text()
+    assert "1 match of the copy, against static; 2 of the original, against yellow." in shown
+    assert "In its own matches it drew 0\xa0% of its decisions at random" in shown
+    assert re.findall(r"<tr><td>(its[^<]*)</td>", shown) == ["its own other matches", "its copy", "its adversaries"]
+    leads_somewhere(again)
+
+
+def test_alike():
+    """A team is as near to a copy that does the same as to its own other matches, and told from one that does not."""
+    rng = np.random.default_rng(0)
+    shares = {role: rng.dirichlet(np.ones(3)) for role in ROLES}
+
+    def played(codes: list[int]) -> np.ndarray:
+        return described(pl.DataFrame([
+            {"role": role, "code": code} for role in ROLES for code in rng.choice(codes, 40, p=shares[role])]))
+
+    teams = {name: np.array([played(codes) for _ in range(count)]) for name, codes, count in (
+        ("own", [1, 11, 21], 12), ("same", [1, 11, 21], 9), ("other", [44, 46, 47], 7), ("nobody", [], 0))}
+    assert np.square(teams["own"]).sum(axis=1) == pytest.approx(1)
+    assert sum(spectrum(list(teams["own"])).values()) == pytest.approx(1)
+    itself, same, other = likeness(teams.pop("own"), teams)
+    assert (itself.matches, itself.rival, same.rival, other.rival) == (6, "its own other matches", "same", "other")
+    assert same.distance < 1.5 * itself.distance < 0.5 * other.distance
+    assert itself.auc == pytest.approx(0.5, abs=0.1)
+    assert other.auc == 1.0 > itself.most[1] > 0.5
+    few = likeness(teams["same"][:3], {"other": teams["other"]})
+    assert [(each.matches, each.auc) for each in few] == [(1, None), (1, None)]
+    assert likeness(teams["same"][:1], {"other": teams["other"]}) == []
 
 
 def test_nobody_to_rebuild(finished, call):

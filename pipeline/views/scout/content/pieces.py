@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.commentary import commentary
-from pitchlore.pipeline.views.scout.content import answers, maps, opponent, replays
+from pitchlore.pipeline.views.scout.content import answers, copies, maps, opponent, replays
 from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import teams as team_pages
 from pitchlore.pipeline.views.scout.content.learned import Learned
@@ -82,6 +82,7 @@ class TeamTodo(NamedTuple):
         league: the matches that have run.
         sides: sides of the matches behind the knowledge that the team played.
         imitated: whether a policy imitates it.
+        copied: its imitation; None without one.
     """
 
     team: TeamName
@@ -91,6 +92,12 @@ class TeamTodo(NamedTuple):
     league: list[LeagueMatch]
     sides: int
     imitated: bool
+    copied: copies.Copied | None
+
+    @property
+    def kinds(self) -> list[str]:
+        """The folders that have a page of it."""
+        return ["teams", "behaviours", "maps", "against", *(["copies"] if self.copied else [])]
 
 
 def pages_of_team(
@@ -113,11 +120,14 @@ def pages_of_team(
     shown = cache(partial(_gallery, team, behind))
     makers: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         f"teams/{slug}.html": ("team", lambda: {
-            "imitated": team.imitated, **team_pages.team_facts(team.team, team.matches, team.lines)}),
+            "imitated": team.imitated, "copied": team.copied is not None,
+            **team_pages.team_facts(team.team, team.matches, team.lines)}),
         f"behaviours/{slug}.html": ("behaviours", shown),
         f"maps/{slug}.html": ("map", lambda: maps.maps_facts(team.team, team.known, behind)),
         f"against/{slug}.html": ("opponent", lambda: opponent.opponent_facts(
             team.team, team.matches, team.lines, shown())),
+        f"copies/{slug}.html": ("copy", lambda: {} if team.copied is None else copies.copy_facts(
+            store, team.copied.at(store))),
     }
     return {name: rendered(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
 

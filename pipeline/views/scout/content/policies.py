@@ -125,8 +125,8 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
 
     keep = [key for key in KEYS if any(rows["key"][0] == key and len(rows["elements"][0]) for rows in shown)]
     return about | {
-        "told": True, "shares": known_play(store, policy.manifest), "unsure_share": _unsure_share(states), "groups": [_group(rows) for rows in shown],
-        "evidence": _evidence(states),
+        "told": True, "shares": known_play(store, policy.manifest), "unsure_share": _unsure_share(states),
+        "groups": [_group(rows) for rows in shown], "evidence": _evidence(states),
         "ball": [it for rows in shown if (it := _by_ball(rows, policy.pitch)) is not None],
         "unsure": [card for rows in shown for card in reported(rows.filter(unsure).sort(
             "visits", "state", descending=[True, False]).head(_UNSURE))],

@@ -19,7 +19,7 @@ from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.replay import linked
-from pitchlore.pipeline.views.scout.content import compare, danger, replays
+from pitchlore.pipeline.views.scout.content import compare, copies, danger, replays
 from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import policies as policy_pages
 from pitchlore.pipeline.views.scout.content import situations as situation_pages
@@ -91,14 +91,16 @@ def write_pages(store: Store, out: Path | None = None, names: Sequence[str] = ()
     lines = _matches(store, folder, league, around)
     policies = policy_pages.newest_policies(store, league)
     learned_of = danger.matches_learned(store, known, whole)
+    copied = copies.copied_teams(store, teams, whole)
     by_team = [TeamTodo(
         team, own := [match for match in league if team in (match.home, match.away)],
         {match.name: lines[match.name] for match in own}, known, league,
         sum(len(sides_played(team, match)) for match in learned_of),
-        any(policy.team == team for policy in policies)) for team in teams]
+        any(policy.team == team for policy in policies), copied.get(team)) for team in teams]
     keys = {it.team: digest(canonical([
         code, teams, [match.key(match.sequences_digests) for match in it.matches],
-        version, known and known.manifest.key, behind.key, it.imitated, it.sides])) for it in by_team}
+        version, known and known.manifest.key, behind.key, it.imitated, it.sides,
+        it.copied and it.copied.key])) for it in by_team}
     _teams(store, folder, by_team, keys, around | {
         "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
@@ -184,7 +186,7 @@ def _teams(
     data, pieces, matches = executors.get().path(store.root), [], 0
     for team in sorted(teams, key=lambda it: -len(it.matches)):  # the longest work first
         pages = folder.missing({f"{kind}/{team.team.slug}.html": keys[team.team]
-                                for kind in ("teams", "behaviours", "maps", "against")})
+                                for kind in team.kinds})
         if pages:
             pieces.append((team.team.slug, {"data": data, "team": team, "pages": pages, "around": around}))
             matches += min(len(team.matches), FROM)
