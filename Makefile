@@ -22,7 +22,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options from-recordings \
-  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
+  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
 help:  ## list the targets
@@ -209,6 +209,9 @@ peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on t
 
 check-env: $(VENV)-sb3/.ready  ## stable-baselines3's own check of the environments, and its trainings (`make test` skips them: they need torch)
 	$(VENV)-sb3/bin/python -m pytest tests/test_env.py tests/studies/test_peers_study.py
+
+check-lerobot: $(READY)  ## LeRobot's own loader on a dataset of ours (LEROBOT is a Python that has it; `make test` skips it)
+	LEROBOT=$(or $(LEROBOT),python) $(BIN)/python -m pytest tests/test_datasets.py -k lerobot_reads_it
 
 $(VENV)-sb3/.ready: requirements-dev.lock data/studies/peers/sb3.txt
 	$(PYTHON) -m venv --clear $(VENV)-sb3

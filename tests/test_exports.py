@@ -290,6 +290,6 @@ def test_formats_are_those_of_the_command() -> None:
 
     from pitchlore.flows.commands.export import Word
 
-    assert sorted(get_args(Word)) == sorted(FORMATS)
+    assert sorted(get_args(Word)) == sorted([*FORMATS, "lerobot"])
 
 

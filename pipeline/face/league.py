@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pitchlore.pipeline.engine.teams import TeamOptions
     from pitchlore.pipeline.store.query import Relation
     from pitchlore.pipeline.views.decided import Dataset
+    from pitchlore.pipeline.views.lerobot.write import LeRobotFolder
     from pitchlore.pipeline.views.scout.content.write import WrittenPages
 
 _log = logging.getLogger(__name__)
@@ -312,6 +313,28 @@ class League:
         from pitchlore.pipeline.views.decided import write_decisions  # noqa: PLC0415 (loaded when asked for)
 
         return write_decisions(self.store, dataset, matches)
+
+    def lerobot(
+        self, *matches: str, folder: str | Path | None = None, fps: int | None = None
+    ) -> LeRobotFolder:
+        """Write matches as a dataset of LeRobot (v3.0): what each team saw and did, frame by frame.
+
+        Args:
+            matches: ids of matches of one league, or their beginnings; without any all.
+            folder: folder of the dataset, made here; None: ``exports/lerobot`` in the data folder.
+            fps: frames a second; None: 20, or the rate of the slowest recording where that is less.
+
+        Returns:
+            Folder, numbers of episodes and frames, frames a second, robots of a team, matches.
+
+        Raises:
+            BadSettings: if the folder is there, or the matches are of several leagues or too slow.
+            NotFound: if there is no such match, or if its stages have not run.
+            BadRecording: if a match has no headings.
+        """
+        from pitchlore.pipeline.views.lerobot.write import write_lerobot  # noqa: PLC0415 (loaded when asked for)
+
+        return write_lerobot(self.store, None if folder is None else Path(folder), matches, fps)
 
     def _catalogue(self) -> Path:
         """The catalogue, brought up to date; a warning names each damaged file that it leaves out."""

@@ -7,7 +7,8 @@ An episode of the dataset is that of a robot: its decisions in a stretch of play
 - actions: int64 [T], places of behaviours in the metadata's ``behaviours``;
 - rewards, terminations and truncations: [T], as in schema Decisions;
 - infos: ``t_ns``, int64 [T + 1], times of the decisions and of the end; and of each decision, [T], ``role``
-  (place in the metadata's ``roles``), ``chosen``, ``random`` and ``value``;
+  (place in the metadata's ``roles``), ``chosen``, ``random``, ``value``, and where the table has them
+  ``option`` and ``situation`` (codes of Table 1, 0: none) and ``v`` (V of its team, NaN: not known);
 - options: ``match_id``, ``team``, ``robot`` and ``episode``; the seed is the match's, if it has one.
 """
 
@@ -37,6 +38,8 @@ from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: What makes an episode.
 _EPISODE = ("match_id", "team", "robot", "episode")
+#: Columns that infos hold.
+_INFOS = ("role", "chosen", "random", "value", "option", "situation", "v")
 #: Name of the behaviour that is null in schema Decisions.
 RANDOMLY = f"{MOVES_RANDOMLY:03d}"
 
@@ -81,7 +84,7 @@ def write_dataset(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSour
 
     Args:
         dataset_id: as Minari has it: ``NAMESPACE/NAME-v0``, the namespace optional.
-        decisions: rows of schema Decisions, in order; at least one.
+        decisions: rows of schema Decisions, in order, at least one; they may have further labels.
         origin: kept in the metadata.
 
     Returns:
@@ -148,7 +151,7 @@ def _episodes(
             truncations=(rows["ends"] == ENDS[1]).fill_null(False).to_list(),
             infos={
                 "t_ns": np.append(rows["t_ns"].to_numpy(), rows["end_ns"][-1]),
-                **{name: rows[name].to_numpy() for name in ("role", "chosen", "random", "value")},
+                **{name: rows[name].to_numpy() for name in _INFOS if name in rows.columns},
             },
         )
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage, sha256_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.stage import ALL
+from pitchlore.pipeline.engine.tables import MatchTables, stored_match
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.views.labels import Labels
 from pitchlore.schemas import Decisions
 
 if TYPE_CHECKING:
@@ -60,7 +63,7 @@ def write_decisions(store: Store, dataset: str, matches: Sequence[str] = ()) -> 
                        next_step="Import more matches and `pitchlore run`")
     digests = {name: sha256_of(receipt, name) for receipt, names in made for name in names}
     newest = made[0][0]
-    written = datasets.write_dataset(dataset, decisions, datasets.DecisionSource(
+    written = datasets.write_dataset(dataset, _labelled(store, decisions), datasets.DecisionSource(
         {name: _seed(store, name) for name in sorted(digests)}, _version(store, digests), newest.software,
         newest.settings,
     ))  # fmt: skip
@@ -114,6 +117,25 @@ def _named(word: str, there: dict[str, Receipt]) -> str:
         raise NotFound(f"{what} (there are: {', '.join((found or sorted(there))[:8])})", where=word,
                        next_step="Name one of them")
     return found[0]
+
+
+def _labelled(store: Store, decisions: pl.DataFrame) -> pl.DataFrame:
+    """Decisions with labels of their times: ``option`` and ``situation``, codes or 0, and ``v``, V or NaN."""
+    count = len(decisions)
+    codes = {name: np.zeros(count, dtype=np.int64) for name in ("option", "situation")}
+    value = np.full(count, np.nan)
+    of_match = decisions.with_row_index("row").group_by("match_id", maintain_order=True)
+    for (name,), part in of_match:
+        receipt = store.receipt("matches", str(name))
+        if receipt is None:  # it was discarded
+            continue
+        labels = Labels(MatchTables(stored_match(store, receipt)))
+        for (side, robot, episode), rows in part.group_by("team", "robot", "episode", maintain_order=True):
+            row, t_ns = rows["row"].to_numpy(), rows["t_ns"].to_numpy()
+            for label, found in codes.items():
+                found[row] = labels.codes(label, str(side), int(str(robot)), t_ns)
+            value[row] = labels.value(str(side), int(str(episode)), t_ns)
+    return decisions.with_columns(*(pl.Series(*found) for found in codes.items()), pl.Series("v", value))
 
 
 def _seed(store: Store, match: str) -> int | None:

@@ -36,10 +36,10 @@ def league(folder: Path) -> Store:
     return store
 
 
-def bring(store: Store) -> None:
+def bring(store: Store, settings: Settings = Settings()) -> None:
     """Make all outputs and a version of the knowledge."""
-    STAGES.make(store, Settings(), scope := scope_of(store))
-    emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
+    STAGES.make(store, settings, scope := scope_of(store))
+    emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(settings), scope)
 
 
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Store:

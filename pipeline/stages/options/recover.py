@@ -106,17 +106,26 @@ def _columns(match_id: str, match: Bodies, own: OptionWindows, team: int) -> pl.
     }).with_columns(match_id=pl.lit(match_id), team=pl.lit(SIDES[team], dtype=pl.Enum(SIDES)))
 
 
+def logged_options(decisions: pl.DataFrame) -> pl.DataFrame:
+    """Options that teams logged themselves: team, robot, t_ns, over_ns and logged, in the order of the rows.
+
+    Args:
+        decisions: rows of schema Decisions. A behaviour of several codes does not say when it goes on to the
+            next: ``logged`` is null there.
+    """
+    codes = pl.col("behaviour_id").str.split("-").list
+    return decisions.filter("chosen").select(
+        pl.col("team").cast(pl.Enum(SIDES)), pl.col("robot").cast(pl.Int16), "t_ns", over_ns="end_ns",
+        logged=pl.when(codes.len() == 2).then(codes.last()).cast(pl.Int16),
+    )
+
+
 def _logged(shared: pl.DataFrame, decisions: pl.DataFrame | None) -> pl.DataFrame:
     """The windows with ``logged``: the code of the decision that the team logged for the window's middle."""
     middle = ((pl.col("start_ns") + pl.col("end_ns")) // 2).alias("middle")
     if decisions is None or decisions.is_empty():
         return shared.with_columns(logged=pl.lit(None, dtype=pl.Int16))
-    codes = pl.col("behaviour_id").str.split("-").list
-    made = decisions.filter("chosen").select(
-        pl.col("team").cast(pl.Enum(SIDES)), pl.col("robot").cast(pl.Int16), "t_ns", over_ns="end_ns",
-        # a behaviour of several codes does not say when it goes on to the next
-        logged=pl.when(codes.len() == 2).then(codes.last()).cast(pl.Int16),
-    ).sort("t_ns")
+    made = logged_options(decisions).sort("t_ns")
     found = shared.with_columns(middle).with_row_index("window").sort("middle").join_asof(
         made, left_on="middle", right_on="t_ns", by=["team", "robot"], check_sortedness=False).sort("window")
     return found.with_columns(
