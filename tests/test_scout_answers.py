@@ -11,7 +11,7 @@ from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_ma
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
 from pitchlore.pipeline.views.scout.content.sources import against_itself, matches_in_words, played, team_name
 from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
-from pitchlore.pipeline.views.scout.facts import ByLead, Numbers, over_matches
+from pitchlore.pipeline.views.scout.facts import ByLead
 from pitchlore.pipeline.views.scout.scored import again, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
 from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
@@ -185,14 +185,6 @@ def test_short_leads():
     short = _led("leads", [ByLead(LEAST_S - 1, 5.0, 10.0, 3, 4)])
     assert (short["shots"], short["lost"], short["possession"], short["n"]) == (None, None, None, {"shots": 3, "lost": 4})
     assert _led("leads", [ByLead(LEAST_S, 5.0, 10.0, 3, 4)])["shots"] == 30
-
-
-def test_intervals_of_counts():
-    """No interval of a count ends below 0, none of a share above 1."""
-    one = Numbers(0.99, 0.5, 0, 0, 0, 0, 0, 0, 0, 0)
-    found = over_matches([(one, 1.0), (one._replace(possession=0.5, passes=1), 1.0)])
-    assert found["passes"].low == 0
-    assert (found["possession"].low, found["possession"].high) == (0, 1)
 
 
 def card(name, role, danger):

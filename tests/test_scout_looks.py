@@ -17,23 +17,9 @@ from pitchlore.pipeline.views.scout.content.flaws import WORDS, flaws
 from pitchlore.pipeline.views.scout.content.sources import matches_in_words
 from pitchlore.pipeline.views.scout.pages import rendered as render
 from pitchlore.pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
-from pitchlore.pipeline.views.scout.states import zone
 from pitchlore.schemas.matches import FLAWS
 
 VSSS = PITCHES[Kind.VSSS]
-
-
-def near(own, their):
-    return {"distance of ball to own goal": own, "distance of ball to adversary's goal": their}
-
-
-def test_centre_spot_is_drawn():
-    """Close to both goals is one point, and it is drawn; the control: no other zone has it."""
-    for kind in Kind:
-        for own in ("very close", "close", "far"):
-            for their in ("very close", "close", "far"):
-                drawn = str(zone(near(own, their), PITCHES[kind]))
-                assert ("spot" in drawn) == (own == their == "close")
 
 
 def test_flaws_are_words():

@@ -101,11 +101,12 @@ def test_sentences():
 
 @pytest.mark.parametrize("kind", list(Kind))
 def test_zones_share_the_pitch(kind):
-    """The zones of all levels cover the pitch, and none covers another."""
+    """The zones of all levels cover the pitch, and none covers another; the centre spot, close to both goals, is drawn."""
     pitch, area = PITCHES[kind], 0.0
     for own in ("very close", "close", "far"):
         for their in ("very close", "close", "far"):
             drawn = str(zone({"distance of ball to own goal": own, "distance of ball to adversary's goal": their}, pitch))
+            assert ("spot" in drawn) == (own == their == "close")
             runs = re.findall(r"M[-\d.]+ [-\d.]+h([\d.]+)v([\d.]+)", re.search('class="zone"[^>]*', drawn)[0])
             area += sum(float(wide) * float(high) for wide, high in runs)
     assert area == pytest.approx(pitch.length * pitch.width, rel=0.02)
@@ -359,14 +360,20 @@ def test_filters(pages, page):
     page.wait_for_load_state("networkidle")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
-    """axe finds nothing serious, nothing is wider than a phone, and no script fails, in both colour schemes."""
-    page.set_viewport_size({"width": 390, "height": 844})
+    """axe finds nothing serious, nothing is wider than a phone whatever is opened, and no script fails, in both schemes."""
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     root = pages.first.parent
-    for found in (root / "policies.html", *(root / "policies").iterdir(), root / "situations.html",
-                  next((root / "teams").iterdir())):
+    largest = max((root / "maps").glob("*.html"), key=lambda path: path.stat().st_size)
+    for found in (*root.glob("[ipsw]*.html"), *(root / "policies").iterdir(), *(root / "maps").iterdir(), *(
+            next((root / folder).glob("*.html")) for folder in ("matches", "teams", "behaviours", "against"))):
         page.goto(found.as_uri())
+        if found == largest:
+            page.locator(".ring [data-place]").first.click()
+        for width in (1280, 390):
+            page.set_viewport_size({"width": width, "height": 844})
+            assert (found.parent.name == "maps" and found != largest) or serious(page, scheme) == []
+        page.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
         assert page.evaluate("document.documentElement.scrollWidth") <= 390, found.name
-        assert serious(page, scheme) == []

@@ -43,6 +43,7 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.scout.alike import told
 
 #: Apprentices that play and are no demonstrators. The team that moves at random is left out: all beat it.
 APPRENTICES = (("looking-held", 4302), ("looking", 4304))
@@ -165,26 +166,6 @@ def correlation(one: Array, other: Array) -> dict[str, float]:
     return {"spearman": float(spearmanr(one, other).statistic), "low": float(low), "high": float(high)}
 
 
-def told(one: Array, other: Array, rng: np.random.Generator) -> float:
-    """How well matches of two teams are told apart: the mean AUC over splits.
-
-    Args:
-        one: float64 [M, D], descriptions of matches of one team.
-        other: the same of the other.
-        rng: draws the half of each that is learned from.
-    """
-    found = []
-    for _ in range(SPLITS):
-        learned, judged = zip(*(
-            np.array_split(rng.permutation(rows), 2) for rows in (one, other)), strict=True)
-        means = [rows.mean(axis=0) for rows in learned]
-        first, second = (np.linalg.norm(rows - means[1], axis=1) - np.linalg.norm(rows - means[0], axis=1)
-                         for rows in judged)
-        above = first[:, None] - second[None]
-        found.append(float((above > 0).mean() + (above == 0).mean() / 2))
-    return float(np.mean(found))
-
-
 def by_eye(
     described: dict[tuple[str, str], list[Description]], teams: Sequence[str], halvings: int
 ) -> Iterator[dict[str, Any]]:  # fmt: skip
@@ -203,7 +184,7 @@ def by_eye(
             rivals = {"halves": second, COPY: copy} | {
                 other: tables[other, ORIGINAL][:half] for other in teams if other != team}
             for name, rival in rivals.items():
-                found.setdefault(name, []).append(told(first, rival, rng))
+                found.setdefault(name, []).append(told(first, rival, rng, SPLITS))
         others = [float(np.mean(aucs)) for name, aucs in found.items() if name not in ("halves", COPY)]
         yield {
             "demonstrator": team, "described_by": way, "matches": half,

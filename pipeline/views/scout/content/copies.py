@@ -12,6 +12,7 @@ import polars as pl
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of
 from pitchlore.pipeline.engine.knowledge import known_shares, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.store import Store
@@ -71,7 +72,7 @@ def copied_teams(
     from pitchlore.pipeline.engine.teams import label  # noqa: PLC0415 (the arena is loaded with it)
 
     found = {}
-    for team in teams:
+    for team in (team for team in teams if team.kind == Kind.VSSS):  # teams of other leagues have none
         manifest = imitation_of(store, team.name).latest("policies")
         if manifest is None:
             continue
