@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options from-recordings \
+.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options from-recordings imitation-gain rebuilt \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -239,6 +239,9 @@ from-recordings: $(READY)  ## copies of five teams from their recordings, beside
 
 rebuilt: $(READY)  ## copies as stand-ins for their originals (half an hour, after from-recordings; and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/rebuilt.py
+
+imitation-gain: $(READY)  ## what an apprentice gains that starts as a copy: ten pairs of seasons (an hour, after from-recordings)
+	$(BIN)/python data/studies/from_recordings/gain.py
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	$(BIN)/python data/studies/labels/study.py $(RECORDINGS)

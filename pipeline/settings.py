@@ -230,6 +230,7 @@ class GramSettings(Frozen):
     """How situations are valued and windowed (paper section 3.2.2).
 
     Attributes:
+        of: table of which sequences are made: situations, as in the paper, or options (``options.recover``).
         outcome: value of a situation. "change": what it changes of V, goals included; a group's value is
             the sum of its situations'. "paper": alpha^t if the next goal is for the robot's team, -alpha^t
             if it is against; a group's value is the mean of its situations'.
@@ -242,6 +243,8 @@ class GramSettings(Frozen):
             sights); not given: they are not.
     """
 
+    of: Literal["situations", "options"] = Field(
+        default="situations", exclude_if=lambda of: of == "situations")
     outcome: Literal["change", "paper"] = "change"
     alpha: float = Field(default=0.998, gt=0, lt=1)
     tick_s: float = Field(default=1 / 30, gt=0)
@@ -323,6 +326,31 @@ def _coarser(key: Key) -> tuple[Key, ...]:
     return tuple(each for each in _BACKOFF if KEYS.index(each) > KEYS.index(key))
 
 
+class HabitSettings(Frozen):
+    """How habits of a team are learned from clues to its options (``pipeline.stages.options.of_team``).
+
+    Attributes:
+        rounds: rounds in which options and habits are learned from each other.
+        windows_at_most: greatest number of windows that are learned from, the first of them.
+        least_share: an option is a habit of a role that takes it in so great a share of its windows.
+        doubt: probability that an option is none of the team's habits.
+        trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
+            max_leaf_nodes, min_samples_leaf and l2_regularization of histogram boosting, for each option.
+        seed: decides which of several options a window is learned as.
+    """
+
+    rounds: int = Field(default=3, ge=1)
+    windows_at_most: int = Field(default=300_000, ge=1)
+    least_share: float = Field(default=0.005, ge=0, lt=1)
+    doubt: float = Field(default=0.02, gt=0, le=1)
+    trees: int = Field(default=60, ge=1)
+    learning_rate: float = Field(default=0.15, gt=0, le=1)
+    leaves: int = Field(default=16, ge=2)
+    leaf_samples: int = Field(default=60, ge=1)
+    tree_penalty: float = Field(default=2.0, ge=0)
+    seed: int = 0
+
+
 class KnowledgeSettings(Frozen):
     """How occasions become knowledge.
 
@@ -338,7 +366,9 @@ class KnowledgeSettings(Frozen):
             that action (paper section 4: "all the new states have the action moving randomly"; there,
             states grow while playing and training, actions in training only). "chosen": also the chosen
             behaviour, if the knowledge holds it.
-        accumulate: whether a version adds to the version before; otherwise it holds its matches alone.
+        accumulate: whether a version adds to the version before; otherwise it holds its matches alone. Habits
+            are those of its own matches, or else of the version before.
+        habits: how habits of the imitated team are learned, where its options were recovered.
     """
 
     state_key: Key = "full36"
@@ -347,6 +377,8 @@ class KnowledgeSettings(Frozen):
     imitate: str | None = None
     own: Literal["nothing", "moves randomly", "chosen"] = "moves randomly"
     accumulate: bool = False
+    habits: HabitSettings = Field(
+        default=HabitSettings(), exclude_if=lambda habits: habits == HabitSettings())
 
     @model_validator(mode="after")
     def _ever_coarser(self) -> Self:
@@ -372,6 +404,8 @@ class AppraisalSettings(Frozen):
             role. "all": every one that robots can do.
         watched: whether an action that was chosen too seldom for trees is appraised by what V did while the
             imitated team was seen doing it (``grams.watched_s``), if that was often enough.
+        habits: V that an action is worth more where the imitated team takes it e times as probably, if the
+            knowledge has its habits. An apprentice that has tried nothing yet plays as that team does.
         least_share: an action of a role is offered if it is the best at so great a share of the role's logged
             sights, or was never tried.
         trees, learning_rate, leaves, leaf_samples, tree_penalty, bins: scikit-learn's max_iter,
@@ -383,6 +417,7 @@ class AppraisalSettings(Frozen):
 
     codes: Literal["watched", "all"] = "watched"
     watched: bool = False
+    habits: float = Field(default=0.02, ge=0, exclude_if=lambda habits: habits == 0.02)
     least_share: float = Field(default=0.03, ge=0, lt=1)
     trees: int = Field(default=60, ge=1)
     learning_rate: float = Field(default=0.08, gt=0, le=1)
@@ -392,31 +427,6 @@ class AppraisalSettings(Frozen):
     expected_leaves: int = Field(default=16, ge=2)
     tree_penalty: float = Field(default=20.0, ge=0)
     bins: int = Field(default=64, ge=2, le=255)
-    seed: int = 0
-
-
-class ImitationSettings(Frozen):
-    """How habits of a team are learned from clues to its options (``pipeline.stages.policies.imitate``).
-
-    Attributes:
-        rounds: rounds in which options and habits are learned from each other.
-        windows_at_most: greatest number of windows that are learned from, the first of them.
-        least_share: an option is offered to a role that takes it in so great a share of its windows.
-        doubt: probability that an option is none of the team's habits.
-        trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
-            max_leaf_nodes, min_samples_leaf and l2_regularization of histogram boosting, for each option.
-        seed: decides which of several options a window is learned as.
-    """
-
-    rounds: int = Field(default=3, ge=1)
-    windows_at_most: int = Field(default=300_000, ge=1)
-    least_share: float = Field(default=0.005, ge=0, lt=1)
-    doubt: float = Field(default=0.02, ge=0, le=1)
-    trees: int = Field(default=60, ge=1)
-    learning_rate: float = Field(default=0.15, gt=0, le=1)
-    leaves: int = Field(default=16, ge=2)
-    leaf_samples: int = Field(default=60, ge=1)
-    tree_penalty: float = Field(default=2.0, ge=0)
     seed: int = 0
 
 
@@ -430,9 +440,9 @@ class PolicySettings(Frozen):
             from Sarsa(lambda). "sight": it takes the action that trees, fitted to what V did after each
             action of the logged decisions, appraise highest at what it sees; Sarsa(lambda) still gives each
             action its mean value in a role. "imitation": it takes the option that the imitated team most
-            probably takes at what it sees, by its motion alone; again Sarsa(lambda) gives each a value.
+            probably takes at what it sees, by the habits that the knowledge has of it (``knowledge.habits``);
+            again Sarsa(lambda) gives each a value.
         appraisals: settings of "sight".
-        imitation: settings of "imitation".
         learn_from: decisions to learn from. "chosen": logged by a player. "seen": read from the situations
             of a match. "both": all.
         last_matches: number of the newest matches of the knowledge to learn from; not given: all.
@@ -456,8 +466,6 @@ class PolicySettings(Frozen):
 
     learner: Literal["sarsa", "sight", "imitation"] = "sarsa"
     appraisals: AppraisalSettings = AppraisalSettings()
-    imitation: ImitationSettings = Field(
-        default=ImitationSettings(), exclude_if=lambda imitation: imitation == ImitationSettings())
     learn_from: Literal["chosen", "seen", "both"] = "both"
     last_matches: int | None = Field(default=None, ge=1)
     parent: bool = True
@@ -493,9 +501,9 @@ class Settings(Frozen):
     policies: PolicySettings = PolicySettings()
 
     @model_validator(mode="after")
-    def _imitation_has_options(self) -> Self:
-        if self.policies.learner == "imitation" and not self.options.recover:
-            raise ValueError("the learner imitation needs options: set recover = true in the table options")
+    def _options_are_recovered(self) -> Self:
+        if not self.options.recover and (self.policies.learner == "imitation" or self.grams.of == "options"):
+            raise ValueError("imitation and grams of options need recover = true in the table options")
         return self
 
     @property

@@ -23,6 +23,8 @@ from pitchlore.schemas.matches import Referee as Referee
 from pitchlore.schemas.matches import Sides as Sides
 from pitchlore.schemas.neurons import Neurons as Neurons
 from pitchlore.schemas.options import Clues as Clues
+from pitchlore.schemas.options import Habits as Habits
+from pitchlore.schemas.options import HabitTrees as HabitTrees
 from pitchlore.schemas.options import Options as Options
 from pitchlore.schemas.paradigms import Paradigms as Paradigms
 from pitchlore.schemas.paradigms import Verdicts as Verdicts

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import dataframely as dy
 import polars as pl
 
+from pitchlore.schemas.appraisals import Appraisals
 from pitchlore.schemas.sights import SIGHT
 from pitchlore.schemas.table import ROLES, SIDES, Table, match_id, unit
 
@@ -75,3 +76,33 @@ class Clues(Table):
     ratios = dy.Array(dy.Float32(), len(OPTIONS), description=(
         "logarithm of how much more probable the motion is with each option than with others, but for a constant"
     ))
+
+
+class Habits(Table):
+    """How often a role of a team takes an option, in one version of the knowledge.
+
+    Only options that the role takes often enough are its habits (knowledge.habits.least_share). Sorted by role and
+    option.
+    """
+
+    NAME: ClassVar[str] = "habits"
+    VERSION: ClassVar[int] = 1
+
+    version = dy.Int32(min=1, description="version of the knowledge")
+    team = dy.String(description="team or pool of teams that has them")
+    kind = dy.String(description="its league")
+    role = dy.Enum(ROLES, description="role of the robot")
+    option = dy.Int16(min=1, max=193, description="code of Table 1")
+    windows = dy.Float64(min=0, description="expected number of the role's windows (options.window_s) in which it takes the option")
+    share = dy.Float64(min=0, max=1, description="their share of all windows of the role")
+
+
+class HabitTrees(Appraisals):
+    """The habits of a team at what its robots see: the logarithm of each option's probability, but for what is common.
+
+    They have the form of appraisals. An option that is none of the team's has one leaf.
+    """
+
+    NAME: ClassVar[str] = "habit_trees"
+    VERSION: ClassVar[int] = 1
+    PUBLIC: ClassVar[bool] = False

@@ -13,20 +13,38 @@ from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
+from pitchlore.pipeline.engine.habits import habitual
 from pitchlore.pipeline.engine.imitations import imitation_of
+from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.face.league import League
-from pitchlore.pipeline.settings import ImitationSettings
-from pitchlore.pipeline.stages.policies.imitate import habits, imitate
+from pitchlore.pipeline.numbers.trees import logits, trees_of
+from pitchlore.pipeline.settings import AppraisalSettings, HabitSettings
+from pitchlore.pipeline.stages.options.of_team import habits, team_habits
+from pitchlore.pipeline.stages.options.runs import as_done
+from pitchlore.pipeline.stages.policies.appraise import fit_action_values
+from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
 from pitchlore.pipeline.views.scout.content.write import write_pages
-from pitchlore.schemas import ROLES, Clues, Policies
+from pitchlore.schemas import (
+    ROLES,
+    Appraisals,
+    Behaviours,
+    Clues,
+    Decisions,
+    Games,
+    Habits,
+    HabitTrees,
+    Options,
+    Policies,
+    Sights,
+)
 from pitchlore.schemas.options import OPTIONS
 from pitchlore.schemas.sights import SIGHT
 
-SETTINGS = ImitationSettings(rounds=2, trees=20, leaf_samples=20)
+SETTINGS = HabitSettings(rounds=2, trees=20, leaf_samples=20)
 #: Places of three options that the robots of these tests know.
 NEAR, FAR, NEVER = OPTIONS.index(44), OPTIONS.index(88), OPTIONS.index(184)
 
@@ -48,6 +66,11 @@ def watched(windows: int = 600, told: float = 0.5, seed: int = 0) -> tuple[pl.Da
     return table.cast(pl.Schema(Clues.dtypes())), done
 
 
+def imitate(clues: pl.DataFrame, version: int = 1) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """A policy that does as a team does."""
+    return habitual(*team_habits(clues, Team("blue", "vsss"), SETTINGS, 3), version)
+
+
 def test_windows_that_do_not_tell():
     """A window whose motion tells nothing gets the option that the team has at such an observation."""
     table, done = watched()
@@ -60,7 +83,7 @@ def test_windows_that_do_not_tell():
 
 def test_policy():
     """The policy offers what the team did, and prefers it where the team did it."""
-    pairs, appraisals = imitate(watched()[0], SETTINGS, 7)
+    pairs, appraisals = imitate(watched()[0], 7)
     assert set(pairs["behaviour_id"]) == {"striker-044", "striker-088"}
     assert pairs["value"].sum() == pytest.approx(1.0, abs=0.05)
     assert appraisals["version"].unique().to_list() == [7]
@@ -79,7 +102,7 @@ def test_policy():
 @pytest.mark.parametrize("windows", [0, 1, 30])
 def test_little_to_learn_from(windows):
     """A team that was hardly seen gives a policy of what there is."""
-    pairs, appraisals = imitate(watched(windows)[0], SETTINGS, 1)
+    pairs, appraisals = imitate(watched(windows)[0])
     assert pairs.height <= 2 * len(ROLES)
     assert appraisals["code"].n_unique() == pairs["behaviour_id"].n_unique()
 
@@ -87,7 +110,7 @@ def test_little_to_learn_from(windows):
 def test_same_seed_same_policy():
     """The same clues and settings give the same policy."""
     table, _ = watched()
-    for one, other in zip(imitate(table, SETTINGS, 1), imitate(table, SETTINGS, 1), strict=True):
+    for one, other in zip(imitate(table), imitate(table), strict=True):
         assert one.equals(other)
 
 
@@ -98,7 +121,7 @@ def test_rebuilt_team(copied, call, tmp_path):
     A page says how much of its robots' time is known, and, once the copy has played, how like the team it plays.
     """
     before = {path: path.read_bytes() for path in copied.rglob("*.receipt.json")}
-    (tmp_path / "small.toml").write_text("[policies.imitation]\nrounds = 1\ntrees = 5\n")
+    (tmp_path / "small.toml").write_text("[knowledge.habits]\nrounds = 1\ntrees = 5\n")
     words = ("imitate", "blue", "--settings", tmp_path / "small.toml", "--data", copied)
     code, said, _ = call(*words)
     assert (code, "imitated:blue is rebuilt from 2 of its matches (policy version 1, new)" in said) == (0, True)
@@ -111,9 +134,15 @@ def test_rebuilt_team(copied, call, tmp_path):
     assert decided.height > 100
     assert decided["random"].mean() < 0.1
     assert "(policy version 1, unchanged)" in call(*words)[1]
-    assert verify_all(Store(copied)).files > verify_all(imitation_of(Store(copied), "blue")).files > 0
-    (knowledge,) = imitation_of(Store(copied), "blue").root.glob("knowledge/v0001/*behaviours*.parquet")
-    assert set(pl.read_parquet(knowledge)["team"]) <= {"blue"}
+    own = imitation_of(Store(copied), "blue")
+    assert verify_all(Store(copied)).files > verify_all(own).files > 0
+    # what is known is what was done: behaviours are of its options, and the policy offers its habits
+    known = own.manifest("knowledge", 1)
+    codes = set(table_of(own, known, Behaviours)["codes"].explode()) | set(table_of(own, known, Habits)["option"])
+    assert codes <= {*OPTIONS}
+    assert set(table_of(own, known, Behaviours)["team"]) <= {"blue"}
+    offered = table_of(own, known, Habits).select(pl.format("{}-{}", "role", pl.col("option").cast(pl.String).str.zfill(3)))
+    assert set(policies[team.policy].values["behaviour_id"]) == set(offered.to_series())
     pages = write_pages(Store(copied))
     (page,) = pages.first.parent.glob("copies/blue-*.html")
     shown = page.read_text()
@@ -138,6 +167,54 @@ def test_rebuilt_team(copied, call, tmp_path):
     assert "In its own matches it drew 0\xa0% of its decisions at random" in shown
     assert re.findall(r"<tr><td>(its[^<]*)</td>", shown) == ["its own other matches", "its copy", "its adversaries"]
     leads_somewhere(again)
+    begins_as_it(copied, known, call, tmp_path)
+
+
+def begins_as_it(data, known, call, tmp_path):
+    """An apprentice begins a season as the imitation, and its policies keep the habits beside what it tries."""
+    (tmp_path / "short.toml").write_text(
+        'base = "looking-held"\ngames = 2\npractice = 0\nexplore_counted = true\n[referee]\nduration_s = 20\n')
+    words = ("season", "--settings", tmp_path / "short.toml", "--opponent", "static", "--on", "threads:1", "--data", data)
+    assert call(*words, "--start", "imitated:blue")[0] == 0
+    (receipt,) = Store(data).receipts("seasons")
+    assert receipt.name == "short-as-imitated-blue-static-1"
+    own = Store(data / receipt.details["store"])
+    games = Store(data).read_table(receipt, "games", Games)
+    assert games["policy_version"].to_list() == [1, 2]
+    habits = [table_of(own, own.manifest("knowledge", version), HabitTrees).drop("version") for version in (1, 2, 3)]
+    assert habits[0].equals(habits[1])
+    assert habits[1].equals(habits[2])
+    appraised = table_of(own, own.manifest("policies", 3), Appraisals)
+    assert set(appraised["code"]) == {*OPTIONS}, "those that it did not try have habits alone"
+    untried = appraised.filter(pl.col("tree").max().over("code") == 0)["code"][0]
+    assert appraised.filter(code=untried)["value"].to_list() == pytest.approx(
+        (0.02 * habits[0].filter(code=untried)["value"]).to_list())
+    assert call(*words, "--start", "blue")[2] == (
+        "pitchlore: --start: 'blue' is no imitation. Name imitated:TEAM.\n")
+    assert "does not decide by what it sees" in call("season", "--settings", "best", "--start", "imitated:blue", "--data", data)[2]
+
+
+def test_runs_of_options():
+    """Neighbours that are the same option, but for target or what was logged, are one row of a sequence."""
+    rows = [{"match_id": "m", "team": "home", "robot": 1, "role": role, "start_ns": start, "end_ns": start + 2,
+             "option": option, "probability": 0.9, "target": target, "logged": None, "segment": segment}
+            for start, option, target, segment, role in (
+                (0, 44, "ball", 0, "striker"), (2, 44, None, 0, "midfield"), (4, 88, None, 0, "midfield"),
+                (6, 88, None, 1, "midfield"), (9, 88, None, 1, "midfield"), (11, 88, None, 1, None))]
+    done = as_done(Options.of(rows))
+    assert done.select("code", "start_ns", "end_ns", "segment").rows() == [(44, 0, 4, 0), (88, 4, 6, 0), (88, 6, 8, 1), (88, 9, 11, 1)]
+    assert done["role"][0] == "striker"
+
+
+def test_habits_count():
+    """An action is worth its appraisal, and its habit times their weight."""
+    observation, actions = np.zeros((1, len(SIGHT)), dtype=np.float32), pl.DataFrame({"behaviour_id": ["striker-044"], "role": ["striker"]})
+    _, trees = team_habits(watched()[0], Team("blue", "vsss"), SETTINGS, 3)
+    for weight in (0.0, 0.05):
+        found, _ = fit_action_values(
+            Decisions.empty(), Sights.empty(), actions, AppraisalSettings(habits=weight), 1, habits=trees)
+        alone = logits(trees_of(trees.filter(code=44)), observation)[0] * weight
+        assert (logits(trees_of(found.filter(code=44)), observation)[0] if weight else 0.0) == pytest.approx(alone)
 
 
 def test_alike():

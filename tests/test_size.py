@@ -1,14 +1,15 @@
 """The core's size: all that a recording needs on its way from bytes to a policy.
 
 Lines count that have something on them, docstrings and comments among them. A capability that needs more of
-them raises :data:`MOST` in the same commit and says why, after looking for what it makes unnecessary. Options,
+them raises :data:`MOST` in the same commit and says why, after looking for what it makes unnecessary. It was
+22,000 before habits were part of the knowledge, and before a league wrote datasets of LeRobot. Options,
 which came later, have a bound of their own: the executors, which once lay with the arena, their stage, and what
 rebuilds a team from them.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_000, 1_400
+MOST, MOST_OF_OPTIONS = 22_050, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {
@@ -31,15 +32,15 @@ CORE = {
 #: Files of these rooms that no recording needs: of buckets, of clusters, and of matches that are played.
 BESIDE = (
     "pipeline/store/buckets.py", "pipeline/store/mirrors.py", "pipeline/engine/placement/cluster.py",
-    *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms", "teams")),
+    *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms", "starts", "teams")),
     "pipeline/face/environments.py",
 )
 
 
 #: Files of options, which are not counted with their rooms.
 OPTIONS = (
-    "pipeline/game/tactics/executors/**/*.py", "pipeline/stages/options/**/*.py", "pipeline/stages/policies/imitate.py",
-    "pipeline/engine/imitations.py", "schemas/options.py")
+    "pipeline/game/tactics/executors/**/*.py", "pipeline/stages/options/**/*.py",
+    "pipeline/engine/habits.py", "pipeline/engine/imitations.py", "schemas/options.py")
 
 
 def sizes() -> dict[str, int]:

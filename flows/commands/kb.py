@@ -72,6 +72,13 @@ def show(
             ),
             title=f"{'all teams' if of is None else of} ({league or 'all'}), by the lower end of value",
         )
+    if known.habits.height:
+        often = known.habits.sort("role", "share", descending=[False, True])
+        print_frame(
+            often.with_columns(codes=pl.concat_list("option")).select(
+                "role", "option", "share", "windows", spelt("codes")),
+            title=f"habits of {known.imitates}: how often each role takes an option",
+        )
     if teams := known.details.get("teams"):
         print_frame(pl.DataFrame(teams), title="teams that count")
     print_frame(pl.DataFrame([{"role": r} | c for r, c in known.details["roles"].items()]))

@@ -21,9 +21,11 @@ from pitchlore.pipeline.arena.window import window_class
 from pitchlore.pipeline.base.errors import BadSettings, CorruptFile
 from pitchlore.pipeline.engine.catalog import refresh_into
 from pitchlore.pipeline.engine.games import next_of
+from pitchlore.pipeline.engine.imitations import name_of_words
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.season import play_seasons
+from pitchlore.pipeline.engine.starts import start_of
 from pitchlore.pipeline.engine.teams import rivals
 from pitchlore.pipeline.sessions.human import check_person_can_play, sit
 from pitchlore.pipeline.stages.seasons.settings import (
@@ -52,6 +54,7 @@ def season(
     settings: str = "best",
     opponent: WhoIsPlayed = (),
     in_turn: Flag = False,
+    start: str | None = None,
     seed: Seed = 1,
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
@@ -73,6 +76,8 @@ def season(
             TOML file.
         opponent: Opponent.
         in_turn: Play all opponents in one season, a game each in turn (default: each has seasons of its own).
+        start: The imitation as which the apprentice begins: imitated:TEAM. It learns on by what it tries
+            (default: it begins with nothing).
         seed: Seed of the first season; each later season has the next seed.
         seasons: Number of seasons against each opponent.
         games: Number of games in a season (default: from the settings). With more games a finished season
@@ -90,8 +95,10 @@ def season(
     opponents = opponent or chosen.opponents
     groups = [opponents] if in_turn else [(word,) for word in opponents]
     played = [rivals(store, group) for group in groups]
+    begins = None if start is None else start_of(store, start, chosen)
+    name += "" if begins is None else f"-as-{name_of_words(begins.word, 24)}"
     wanted = [
-        _named(Season(name=name, opponent=against, rivals=found, seed=number, settings=chosen))
+        _named(Season(name=name, opponent=against, start=begins, rivals=found, seed=number, settings=chosen))
         for number in range(seed, seed + seasons) for against, found in played
     ]
     if PERSON in opponents:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import polars as pl
 
@@ -29,6 +29,7 @@ from pitchlore.pipeline.engine.outputs import match_names, need, table_of
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.stage import Per, Scope
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.engine.starts import begin_season
 from pitchlore.pipeline.engine.teams import labelled, load_rival
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.stages.seasons.settings import Season
@@ -101,15 +102,26 @@ def play_game(data: Path, season: Season, game: int, recorder: MatchRecorder = r
     """
     own, before = store_of(data, season), done(Store(data), season)
     own.sweep()
+    if season.start is not None:
+        begin_season(Store(data), own, season.start)
     label, known = None, {}
-    if before is not None:
-        label, tables = labelled(own, own.manifest("policies", before.details["policy"]))
+    policy = _played_with(season, before, "policy")
+    if policy is not None:
+        label, tables = labelled(own, own.manifest("policies", policy))
         known[label] = tables
     recipes = season.recipes(game, label)
     load_rival(Store(data), season.rival(game), known)
     for recipe in recipes:
         recorder(own, recipe, known)
     return [recipe.match_id for recipe in recipes]
+
+
+def _played_with(season: Season, before: Receipt | None, noun: Literal["policy", "knowledge"]) -> int | None:
+    """The version that the next game is played with, by the games before; None if there is none."""
+    if before is None:
+        return None if season.start is None else season.start.model_dump()[noun]
+    version: int = before.details[noun]
+    return version
 
 
 def learn_from_game(
@@ -148,14 +160,15 @@ def _commit(
     before = done(store, season)
     decided = _decided(own, number, match, season.settings.pipeline.knowledge.state_key)
     played = states_played(_so_far(store, before, StatesPlayed), decided)
-    played_with = None if before is None else own.manifest("knowledge", before.details["knowledge"])
+    version = _played_with(season, before, "knowledge")
+    played_with = None if version is None else own.manifest("knowledge", version)
     row = game_row(
         season, number, table_of(own, need(own, "matches", match), Matches), decided,
         table_of(own, need(own, "goals", match), Goals),
         situations=sum(need(own, "situations", match).details["situations"].values()),
         known=None if played_with is None else of_imitated(
             played_with, table_of(own, played_with, Occasions)),
-        policy_version=None if before is None else before.details["policy"],
+        policy_version=_played_with(season, before, "policy"),
         knowledge_version=known.version,
         left=len(own.were_set_aside(LEFT, f"{match}.mcap")) if season.opponent == PERSON else None,
     )

@@ -38,11 +38,17 @@ class Rebuilding(NamedTuple):
     recordings: list[Recording]
 
 
+def name_of_words(text: str, longest: int) -> str:
+    """A text as part of a name: lower case letters, digits and hyphens; a digest ends it where it is cut."""
+    words = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")
+    short = f"{words[:longest - 9].rstrip('-')}-{digest(words.encode())[:8]}"
+    return words if len(words) <= longest else short
+
+
 def imitation_of(store: Store, team: str) -> Store:
     """The data folder of a team's imitation, which may be new."""
     # names of different teams may differ in signs alone
-    words = re.sub("[^a-z0-9]+", "-", team.lower()).strip("-")[:40]
-    return Store(store.root / FOLDER / f"{words}-{digest(team.encode())[:8]}".lstrip("-"))
+    return Store(store.root / FOLDER / f"{name_of_words(team, 40)}-{digest(team.encode())[:8]}".lstrip("-"))
 
 
 def settings_of(settings: Chosen, team: str) -> Chosen:
@@ -50,6 +56,7 @@ def settings_of(settings: Chosen, team: str) -> Chosen:
     changed: dict[str, Any] = {
         "options": settings.options.model_copy(update={"recover": True}),
         "policies": settings.policies.model_copy(update={"learner": "imitation"}),
+        "grams": settings.grams.model_copy(update={"of": "options"}),
         "knowledge": settings.knowledge.model_copy(update={"imitate": team}),
         "sides": settings.sides.model_copy(update={"teams": (team,), "kind": Kind.VSSS, "pools": {}}),
     }

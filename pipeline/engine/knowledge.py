@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.engine.habits import of_version
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
@@ -17,7 +18,7 @@ from pitchlore.pipeline.stages.sides.teams import Team, TeamRecord, imitated, te
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
-from pitchlore.schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
+from pitchlore.schemas import ROLES, Behaviours, Decisions, Habits, Occasions, Patterns, Sides
 from pitchlore.schemas.behaviours import moves_randomly
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
@@ -46,7 +47,9 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
         "decisions": [need(store, "decisions", scope.name)],
     }
     (decisions,) = receipts["decisions"]
-    inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides")}) | {
+    recovered = (store.receipt("options", match) for match in scope.matches)
+    receipts["options"] = [held for held in recovered if held is not None and held.details["options"]]
+    inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides", "options")}) | {
         label_of(decisions, match): sha256_of(decisions, match) for match in scope.matches}
     parent = store.latest("knowledge")
     follows = None if parent is None else parent.version
@@ -94,13 +97,14 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
         matches += before.details["matches"]
     (selected,) = inputs["behaviours"]
     maps = {role: inputs.blob("behaviours", role) for role in selected.files if role.startswith("maps-")}
+    habits = of_version(inputs, settings.habits, learner, sides, _PARENT)
     return Made(
-        [(known, Behaviours), (occurred, Occasions)],
+        [(known, Behaviours), (occurred, Occasions), *habits.tables],
         blobs={role: ("npz", data) for role, data in maps.items() if data is not None},
         details=_counts(known, occurred, matches=matches) | {
             "imitates": learner._asdict() if learner is not None else None,
             "teams": [team._asdict() | record._asdict() for team, record in records.items()],
-        },
+        } | habits.details,
     )
 
 
@@ -201,7 +205,8 @@ def _of_parent(before: Manifest | None) -> dict[str, str]:
     """The tables of the version before, among the inputs of a version that accumulates."""
     if before is None:
         return {}
-    return {f"{_PARENT}/{role}": before.files[role].sha256 for role in ("behaviours", "occasions")}
+    return {f"{_PARENT}/{role}": before.files[role].sha256
+            for role in ("behaviours", "occasions", Habits.NAME) if role in before.files}
 
 
 def _added(

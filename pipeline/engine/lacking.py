@@ -50,8 +50,12 @@ def remarks(
 def lacking(store: Store, scope: Scope) -> list[str]:
     """Why there is nothing to know of the matches of a scope, a line each; empty if there is something.
 
-    There is nothing if no behaviour was selected and no player logged a decision.
+    There is nothing if no behaviour was selected, no player logged a decision, and no option was recovered
+    from which habits could be learned.
     """
+    options = (store.readable("options", match) for match in scope.matches)
+    if any(held and held.details["options"] for held in options):
+        return []
     selected, decided = (store.readable(noun, scope.name) for noun in ("behaviours", "decisions"))
     if selected is None or decided is None:
         return []

@@ -13,6 +13,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.habits import habitual, watched_clock
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.knowledge import (
     imitates,
@@ -32,8 +33,9 @@ from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import (
     Appraisals,
-    Clues,
     Decisions,
+    Habits,
+    HabitTrees,
     Occasions,
     Policies,
     Returns,
@@ -44,9 +46,10 @@ from pitchlore.schemas import (
 
 #: Appraisals and the pairs that are kept, made as by
 #: :func:`pipeline.stages.policies.appraise.fit_action_values` from decisions, sights, pairs, settings,
-#: version and watched sights.
+#: version, watched sights and habits.
 Fit = Callable[
-    [pl.DataFrame, pl.DataFrame, pl.DataFrame, AppraisalSettings, int, pl.DataFrame | None],
+    [pl.DataFrame, pl.DataFrame, pl.DataFrame, AppraisalSettings, int, pl.DataFrame | None,
+     pl.DataFrame | None],
     tuple[pl.DataFrame, pl.DataFrame]]
 #: Settings of the team that chose that a policy keeps, so that it plays as what it learned from: a clock, and
 #: how far ahead it predicts.
@@ -103,9 +106,6 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     if settings.learner == "sight":
         receipts["sequences"] = [need(store, "sequences", each.match) for each in taken]
         inputs |= digests({"sequences": receipts["sequences"]})
-    if settings.learner == "imitation":
-        receipts["options"] = [need(store, "options", each.match) for each in taken]
-        inputs |= digests({"options": receipts["options"]})
     if goes_on and parent is not None:
         return Plan(receipts | {"parent": [parent]}, inputs, parent.version)
     return Plan(receipts, inputs)
@@ -135,18 +135,11 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
         .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
         for table in inputs.tables("decisions", Decisions)])
-    appraisals = Appraisals.empty()
+    appraisals, trees = Appraisals.empty(), next(inputs.batches("knowledge", HabitTrees))
     if settings.learner == "sight":
         seen = actions(seen, TABLE_1, settings.appraisals)
     if settings.learner == "imitation":
-        from pitchlore.pipeline.stages.policies.imitate import imitate  # noqa: PLC0415 (see pipeline.engine.stages)
-
-        clues = [Clues.empty()]
-        for table in inputs.batches("options", Clues):
-            clues.append(table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left"))
-            if sum(map(len, clues)) >= settings.imitation.windows_at_most:
-                break
-        seen, appraisals = imitate(pl.concat(clues), settings.imitation, inputs.version)
+        seen, appraisals = habitual(next(inputs.batches("knowledge", Habits)), trees, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
     policy, report = train(
         [ordered], seen, inputs.table("parent", Policies) if inputs["parent"] else None,
@@ -157,7 +150,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         watched = sights.drop_nulls("code").join(
             mine, on=("match_id", "team"), how="semi", maintain_order="left")
         appraisals, kept = (fit or fit_action_values)(
-            ordered, sights, seen, settings.appraisals, inputs.version, watched)
+            ordered, sights, seen, settings.appraisals, inputs.version, watched, trees)
         policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
     returned = returns_of(policy, ordered, _returns(inputs), settings)
     tables = [(policy, Policies), (appraisals, Appraisals), (returned, Returns),
@@ -181,8 +174,8 @@ def _plays(inputs: Inputs, settings: PolicySettings) -> dict[str, Any]:
     Empty if no player chose, or where the match has no recipe. A team that imitates decides as often as it
     was watched.
     """
-    if settings.learner == "imitation":
-        return {"clock_s": inputs["options"][0].settings["window_s"]}
+    if settings.learner == "imitation" or (settings.learner == "sight" and not inputs["matches"]):
+        return watched_clock(inputs)
     for match in inputs["matches"]:
         (side, *_), = filter(None, (_choosing(decided, match.name) for decided in inputs["decisions"]))
         team = match.settings.get(side, {})

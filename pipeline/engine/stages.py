@@ -15,6 +15,7 @@ from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine import knowledge, models, policies
 from pitchlore.pipeline.engine.chain import Chain
+from pitchlore.pipeline.engine.habits import what_was_done
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.stage import Per, Stage
 from pitchlore.pipeline.game.pitch import Pitch
@@ -49,6 +50,8 @@ from pitchlore.schemas import (
     Goals,
     Grams,
     Growth,
+    Habits,
+    HabitTrees,
     Matches,
     Moments,
     Neurons,
@@ -207,11 +210,10 @@ def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
     from pitchlore.pipeline.stages.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
     from pitchlore.pipeline.stages.sequences.sights import sights  # noqa: PLC0415 (see above)
 
-    goals = inputs.table("goals", Goals)
-    table = sequences(
-        inputs.table("situations", Situations), goals, inputs.table("values", Worths),
-        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings,
-    )
+    goals, bodies = inputs.table("goals", Goals), inputs.table("trajectories", Trajectories)
+    referee = inputs.table("matches", Referee)
+    done, worth = what_was_done(inputs, settings, referee, bodies)
+    table = sequences(done, goals, worth, bodies, referee, inputs.pitch, settings)
     # a log that is known to hold no decisions is not read
     if inputs.details("matches").get("decisions") == 0 and settings.watched_s is None:
         return Made([(table, Sequences)])
@@ -271,11 +273,12 @@ STAGES = Chain(
     Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 3, _values),
-    Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),
+    Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "options", "goals", "values"),
           (Sequences, Choices, Sights), 4, _sequences),
     Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
-    Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
+    Stage("knowledge", Per.VERSION, ("sides", "options", "behaviours", "decisions"),
+          (Behaviours, Occasions, Habits, HabitTrees), 2,
           knowledge.compute, knowledge.plan),
     Stage("policies", Per.VERSION, ("matches", "knowledge", "sides", "sequences", "decisions"),
           (Policies, Appraisals, Returns, States), 5,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Sequence
 from typing import NamedTuple, TypedDict, Unpack
@@ -15,7 +14,7 @@ from pitchlore.pipeline.arena.teams.table import SCRIPTED
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
-from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of
+from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of, name_of_words
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.stages.evaluations import Entrant
 from pitchlore.pipeline.stages.seasons.settings import ITSELF, Rival, Season
@@ -131,10 +130,7 @@ def rivals(store: Store, words: Sequence[str]) -> tuple[str, tuple[Rival, ...]]:
         player = entrant(store, word, {})
         fixed = f"learned:{player.policy_version}" if word == "learned" or word.isdecimal() else word
         found.append(Rival(word=fixed, team=player.settings))
-    name = re.sub(r"[^a-z0-9]+", "-", "-".join(rival.word for rival in found).lower()).strip("-")
-    if len(name) > _LONGEST:
-        name = f"{name[:_LONGEST - 9].rstrip('-')}-{digest(name.encode())[:8]}"
-    return name, tuple(found)
+    return name_of_words("-".join(rival.word for rival in found), _LONGEST), tuple(found)
 
 
 def load_rival(store: Store, rival: Rival, policies: dict[str, PolicyTables]) -> None:

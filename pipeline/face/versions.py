@@ -12,7 +12,7 @@ from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import known_play, looks
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
-from pitchlore.schemas import Appraisals, Behaviours, Occasions, Policies, Returns, States, Table
+from pitchlore.schemas import Appraisals, Behaviours, Habits, Occasions, Policies, Returns, States, Table
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.arena.match.controllers import LearnedTeam
@@ -100,6 +100,11 @@ class Knowledge(Version):
     def occasions(self) -> pl.DataFrame:
         """Rows of the table ``occasions`` of this version."""
         return self._table(Occasions)
+
+    @property
+    def habits(self) -> pl.DataFrame:
+        """Rows of the table ``habits`` of this version; none if no options of the imitated team are known."""
+        return self._table(Habits) if Habits.NAME in self._manifest.files else Habits.empty()
 
     @property
     def known(self) -> dict[str, float]:

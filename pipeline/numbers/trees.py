@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, I32, Bools
 
@@ -52,6 +55,54 @@ def arrays_of(model: Any, output: int = 0) -> Trees:
         right=np.where(leaf, -1, joined["right"] + offset).astype(np.int32),
         value=joined["value"].astype(np.float64),
         base=np.asarray(model._baseline_prediction, dtype=np.float64).reshape(-1)[output:output + 1],
+    )
+
+
+def without_trees(value: float) -> Trees:
+    """No tree, only a base."""
+    none = np.empty(0, dtype=np.int32)
+    number = none.astype(np.float64)
+    return Trees(none, none, number, none.astype(bool), none, none, number, np.array([value]))
+
+
+def rows_of(trees: Trees, names: Sequence[str]) -> Iterator[pl.DataFrame]:
+    """The columns of schema Appraisals but version and code: the base as a tree of a leaf, then the trees.
+
+    Args:
+        trees: they split by features.
+        names: names of the features.
+    """
+    named = np.array([*names, ""])
+    edges = [*trees.start.tolist(), len(trees.left)]
+    unknown = dict.fromkeys(("feature", "threshold", "missing_left", "left", "right"))
+    yield pl.DataFrame({"tree": 0, "node": 0, **unknown, "value": trees.base})
+    for number, (first, last) in enumerate(pairwise(edges), start=1):
+        own = slice(first, last)
+        inner = pl.Series(trees.left[own] >= 0)
+        yield pl.DataFrame({
+            "tree": np.full(last - first, number), "node": np.arange(last - first),
+            "feature": named[trees.feature[own]], "threshold": trees.threshold[own],
+            "missing_left": trees.missing_left[own], "left": trees.left[own] - first,
+            "right": trees.right[own] - first, "value": trees.value[own],
+        }).with_columns(
+            pl.when(inner).then(name) for name in unknown
+        ).with_columns(value=pl.when(inner).then(0.0).otherwise("value"))
+
+
+def trees_of(rows: pl.DataFrame) -> Trees:
+    """The trees of rows of schema Appraisals, in their order; their base is 0: bases are leaves, too."""
+    start = np.flatnonzero((rows["node"] == 0).to_numpy()).astype(np.int32)
+    offset = np.repeat(start, np.diff(np.append(start, rows.height)))
+
+    def child(name: str) -> I32:
+        own = rows[name].fill_null(-1).to_numpy()
+        return np.where(own < 0, -1, own + offset).astype(np.int32)
+
+    return Trees(
+        start, rows["feature"].to_physical().fill_null(0).to_numpy().astype(np.int32),
+        rows["threshold"].fill_null(0.0).to_numpy().astype(np.float64),
+        rows["missing_left"].fill_null(value=False).to_numpy().astype(np.bool_),
+        child("left"), child("right"), rows["value"].to_numpy().astype(np.float64), np.zeros(1),
     )
 
 

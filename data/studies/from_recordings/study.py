@@ -26,12 +26,14 @@ from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.engine.habits import habitual
 from pitchlore.pipeline.engine.imitations import settings_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
-from pitchlore.pipeline.settings import ImitationSettings, KnowledgeSettings, OptionSettings, Settings
-from pitchlore.pipeline.stages.policies.imitate import imitate
+from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, OptionSettings, Settings
+from pitchlore.pipeline.stages.options.of_team import team_habits
+from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Clues, Decisions, Policies
 
@@ -152,7 +154,8 @@ class Study(NamedTuple):
                 pl.col("team") == ("home" if sides[receipt.name] == NAME else "away"))
                 for receipt in store.receipts("options")])
             dealt = clues.with_columns(pl.col("ratios").shuffle(seed=0).over("role"))
-            pairs, appraisals = imitate(dealt, ImitationSettings(), 1)
+            known = team_habits(dealt, Team(NAME, "vsss"), HabitSettings(), 1)
+            pairs, appraisals = habitual(*known, 1)
             root.mkdir(parents=True, exist_ok=True)
             Policies.of([row | {"version": 1, "knowledge_version": 1, "q": row["value"], "visits": 0,
                                 "evidence": 0.0} for row in pairs.drop("initial").iter_rows(named=True)],

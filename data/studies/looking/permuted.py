@@ -74,13 +74,15 @@ def _replaced(table: pl.DataFrame, of: pl.DataFrame, column: str) -> pl.DataFram
 def dealt(
     deal: Deal, decisions: pl.DataFrame, sights: pl.DataFrame, pairs: pl.DataFrame,
     settings: AppraisalSettings, version: int, watched: pl.DataFrame | None = None,
+    habits: pl.DataFrame | None = None,
 ) -> Tables:  # fmt: skip
     """Appraisals and kept pairs of a log that was dealt out anew.
 
     ``deal`` deals it out; the rest is as for :func:`pipeline.stages.policies.appraise.fit_action_values`.
     """
     assert not settings.watched, "what was watched is not dealt out"
-    return fit_action_values(*deal(decisions, sights, settings.seed), pairs, settings, version, watched)
+    own = deal(decisions, sights, settings.seed)
+    return fit_action_values(*own, pairs, settings, version, watched, habits)
 
 
 def stages(deal: Deal) -> Chain:

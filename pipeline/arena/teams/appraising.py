@@ -21,8 +21,8 @@ from pitchlore.pipeline.game.tactics import executors
 from pitchlore.pipeline.game.tactics.executors.actions import VERB
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix, uniform
-from pitchlore.pipeline.numbers.arrays import F32, F64, I32, I64, Bools
-from pitchlore.pipeline.numbers.trees import Trees, leaf, logits
+from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
+from pitchlore.pipeline.numbers.trees import Trees, leaf, logits, trees_of
 from pitchlore.pipeline.state import BinEdges, Radix, encode_one
 from pitchlore.pipeline.state.observation import see_from
 from pitchlore.pipeline.state.table import ELEMENTS
@@ -87,25 +87,11 @@ def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Action
     allowed = np.array([[(role, code) in known for code in codes] for role in ROLES])
     rows = appraisals.filter(pl.col("code").is_in(codes[1:])).select(
         pl.all(), place=pl.col("code").replace_strict(codes, range(len(codes)), return_dtype=pl.Int64),
-    ).sort("place", "tree", "node").with_row_index("row")
-    roots = rows.filter(node=0)
-    start = roots["row"].to_numpy().astype(np.int32)
-    size = np.diff(np.append(start, rows.height))
-    offset = np.repeat(start, size)
-
-    def child(name: str) -> I32:
-        own = rows[name].fill_null(-1).to_numpy()
-        return np.where(own < 0, -1, own + offset).astype(np.int32)
-
+    ).sort("place", "tree", "node")
+    roots = rows.filter(node=0)["place"].to_numpy()
     appraiser = ActionValues(
         np.array(codes, dtype=np.int64), allowed,
-        np.searchsorted(roots["place"].to_numpy(), np.arange(len(codes) + 1)).astype(np.int64),
-        Trees(
-            start, rows["feature"].to_physical().fill_null(0).to_numpy().astype(np.int32),
-            rows["threshold"].fill_null(0.0).to_numpy().astype(np.float64),
-            rows["missing_left"].fill_null(value=False).to_numpy().astype(np.bool_),
-            child("left"), child("right"), rows["value"].to_numpy().astype(np.float64), np.zeros(1),
-        ),
+        np.searchsorted(roots, np.arange(len(codes) + 1)).astype(np.int64), trees_of(rows),
     )
     names = [None if code == MOVES_RANDOMLY else f"{role}-{code:03d}" for role in ROLES for code in codes]
     return appraiser, names

@@ -95,8 +95,9 @@ def train_map(
         sigma = sigma_start * (sigma_end / sigma_start) ** (epoch / max(epochs - 1, 1))
         near = np.stack([
             som.grid.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])  # type: ignore[no-untyped-call]
-        sums, hits = _accumulate(samples, weight, neurons)
-        _move(neurons, near, sums, hits)
+        best, count = _nearest(samples, neurons)[0], len(neurons)
+        sums = np.stack([np.bincount(best, weight * column, count) for column in samples.T], axis=1)
+        _move(neurons, near, sums.astype(np.float64), np.bincount(best, weight, count).astype(np.float64))
     first, second, distance = _nearest(samples, neurons)
     gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
     return SelfOrganisingMap(
@@ -134,26 +135,6 @@ def _first_weights(samples: F64, weight: F64, neurons: int, seed: int) -> F64:
         len(samples), size=neurons, replace=len(samples) < neurons, p=weight / weight.sum()
     )
     return samples[drawn]
-
-
-@njit(cache=True, nogil=True)
-def _accumulate(samples: F64, weight: F64, neurons: F64) -> tuple[F64, F64]:
-    """Weighted sum [K, n] and weight [K] of the samples that each neuron matches best."""
-    sums = np.zeros_like(neurons)
-    hits = np.zeros(len(neurons))
-    for d in range(len(samples)):
-        best, least = 0, np.inf
-        for k in range(len(neurons)):
-            square = 0.0
-            for i in range(samples.shape[1]):
-                step = samples[d, i] - neurons[k, i]
-                square += step * step
-            if square < least:
-                best, least = k, square
-        hits[best] += weight[d]
-        for i in range(samples.shape[1]):
-            sums[best, i] += weight[d] * samples[d, i]
-    return sums, hits
 
 
 @njit(cache=True, nogil=True)

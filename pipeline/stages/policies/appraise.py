@@ -10,8 +10,7 @@ more.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from itertools import pairwise
+from collections.abc import Iterable
 
 import numpy as np
 import polars as pl
@@ -19,7 +18,7 @@ from sklearn.ensemble import HistGradientBoostingRegressor
 
 from pitchlore.pipeline.numbers.arrays import F32, F64
 from pitchlore.pipeline.numbers.threads import one_thread
-from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits
+from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits, rows_of, trees_of, without_trees
 from pitchlore.pipeline.settings import AppraisalSettings
 from pitchlore.schemas import KEYS, ROLES, Appraisals
 from pitchlore.schemas.sights import SIGHT
@@ -59,7 +58,7 @@ def actions(occasions: pl.DataFrame, codes: Iterable[int], settings: AppraisalSe
 
 def fit_action_values(
     decisions: pl.DataFrame, observations: pl.DataFrame, pairs: pl.DataFrame, settings: AppraisalSettings,
-    version: int, watched: pl.DataFrame | None = None,
+    version: int, watched: pl.DataFrame | None = None, habits: pl.DataFrame | None = None,
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
     """Fit the trees of each action that was chosen at least once, and keep the actions that are worth a try.
 
@@ -69,9 +68,10 @@ def fit_action_values(
         decisions: rows of schema Decisions; those of more than one code are passed over.
         observations: rows of schema Sights of the same matches.
         pairs: pairs of :func:`actions`.
-        settings: the trees, ``least_share`` and ``watched``.
+        settings: the trees, ``least_share``, ``watched`` and ``habits``.
         version: version of the policy.
         watched: rows of schema Sights of the team that is imitated; decisions are passed over.
+        habits: rows of schema HabitTrees of that team.
 
     Returns:
         Rows of schema Appraisals. An action that was chosen fewer than two ``leaf_samples`` times, and that
@@ -94,14 +94,29 @@ def fit_action_values(
         by_others = _appraised(shown, seen, set(shown["code"]) - with_trees, settings)
         grown |= {code: trees for code, trees in by_others.items() if len(trees.start)}
         made = pl.concat([made, shown])
-    schema = pl.Schema(Appraisals.dtypes())
-    appraisals = pl.concat([Appraisals.empty(), *(
-        part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
-        for code, trees in sorted(grown.items()) for part in tree_tables(trees))])
+    appraisals = _rows_of_all(grown, habits if settings.habits else None, settings.habits, version)
+    if habits is not None:
+        grown = {code: trees_of(appraisals.filter(code=code)) for code in grown}
     looked = made.gather_every(-(-made.height // _LOOKED) or 1)
     kept = [_kept(own, _rows(seen, looked.filter(role=role)), grown, settings.least_share)
             for (role,), own in pairs.group_by("role", maintain_order=True)]
     return appraisals, pl.concat([pairs.clear(), *kept])
+
+
+def _rows_of_all(
+    grown: dict[int, Trees], habits: pl.DataFrame | None, weight: float, version: int
+) -> pl.DataFrame:
+    """Rows of schema Appraisals: each action's trees, and after them its habit's, times a weight."""
+    schema = pl.Schema(Appraisals.dtypes())
+    rows = [Appraisals.empty(), *(
+        part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
+        for code, trees in grown.items() for part in rows_of(trees, list(SIGHT)))]
+    if habits is not None:
+        after = {code: 1 + len(trees.start) for code, trees in grown.items()}
+        place = pl.col("code").cast(pl.Int32).replace_strict(after, default=0, return_dtype=pl.Int32)
+        rows.append(habits.with_columns(
+            pl.lit(version).alias("version"), pl.col("tree") + place, pl.col("value") * weight).cast(schema))
+    return pl.concat(rows).sort("code", "tree", "node")
 
 
 def _rows(seen: pl.Series, moments: pl.DataFrame) -> F32:
@@ -144,9 +159,7 @@ def _kept(
 def _grow(observation: F32, change: F64, settings: AppraisalSettings) -> Trees:
     """Trees fitted to changes, from float32 [T, 30] and float64 [T]."""
     if len(change) < 2 * settings.leaf_samples:
-        none, mean = np.empty(0, dtype=np.int32), change.sum() / (len(change) + settings.leaf_samples)
-        number = none.astype(np.float64)
-        return Trees(none, none, number, none.astype(bool), none, none, number, np.array([mean]))
+        return without_trees(change.sum() / (len(change) + settings.leaf_samples))
     builder = HistGradientBoostingRegressor(  # type: ignore[no-untyped-call]
         max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
         min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty,
@@ -154,22 +167,3 @@ def _grow(observation: F32, change: F64, settings: AppraisalSettings) -> Trees:
     )
     with one_thread():
         return arrays_of(builder.fit(observation, change))
-
-
-def tree_tables(trees: Trees) -> Iterator[pl.DataFrame]:
-    """The columns of schema Appraisals but version and code: the base as a tree of a leaf, then the trees."""
-    names = np.array([*SIGHT, ""])
-    edges = [*trees.start.tolist(), len(trees.left)]
-    unknown = dict.fromkeys(("feature", "threshold", "missing_left", "left", "right"))
-    yield pl.DataFrame({"tree": 0, "node": 0, **unknown, "value": trees.base})
-    for number, (first, last) in enumerate(pairwise(edges), start=1):
-        own = slice(first, last)
-        inner = pl.Series(trees.left[own] >= 0)
-        yield pl.DataFrame({
-            "tree": np.full(last - first, number), "node": np.arange(last - first),
-            "feature": names[trees.feature[own]], "threshold": trees.threshold[own],
-            "missing_left": trees.missing_left[own], "left": trees.left[own] - first,
-            "right": trees.right[own] - first, "value": trees.value[own],
-        }).with_columns(
-            pl.when(inner).then(name) for name in unknown
-        ).with_columns(value=pl.when(inner).then(0.0).otherwise("value"))

@@ -88,12 +88,28 @@ class Rival(Frozen):
     team: TeamSettings
 
 
+class StartingTeam(Frozen):
+    """An imitation as which an apprentice begins a season.
+
+    Attributes:
+        word: its word, imitated:NAME.
+        policy, knowledge: versions in the imitation's folder.
+        label: the policy's name in recipes.
+    """
+
+    word: str
+    policy: int
+    knowledge: int
+    label: str
+
+
 class Season(Frozen):
     """One season: settings, opponent and seed.
 
     Attributes:
         name: name of the settings.
         opponent: name of the opponent: a script's, :data:`PERSON`, or that of its rivals.
+        start: the imitation as which the apprentice begins; None: it begins with nothing.
         rivals: opponents that are neither a script nor a person, or that take turns: each plays every so
             manyth game.
         seed: seed of everything random but what a person does; seasons of several people have their own.
@@ -102,6 +118,7 @@ class Season(Frozen):
 
     name: str
     opponent: str
+    start: StartingTeam | None = Field(default=None, exclude_if=lambda start: start is None)
     rivals: tuple[Rival, ...] = Field(default=(), exclude_if=lambda rivals: not rivals)
     seed: int = Field(ge=0, lt=10_000)
     settings: SeasonSettings

@@ -61,9 +61,10 @@ def sequences(
     """The situations of a match as sequences: with their values, and with all that decisions say of them.
 
     Args:
-        situations: rows of schema Situations of one match.
+        situations: rows of schema Situations of one match, or options, see
+            :func:`pipeline.stages.options.runs.as_done`.
         goals: rows of schema Goals of the same match.
-        worths: rows of schema Worths of the same match.
+        worths: rows of schema Worths of the same match, of these situations.
         trajectories: rows of schema Trajectories of the same match.
         referee: rows of schema Referee of the same match, in order of time.
         pitch: pitch of the match.

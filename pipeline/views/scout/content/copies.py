@@ -14,7 +14,7 @@ from pitchlore.pipeline.engine.knowledge import known_shares, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
@@ -98,15 +98,16 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
         copied: the team.
     """
     own, manifest = imitation_of(store, copied.team.name), copied.manifest
-    learned = _learned_from(own, manifest)
+    knowledge = _knowledge(own, manifest)
+    learned = _learned_from(own, knowledge)
     sides = [(match, side) for match in copied.originals for side in sides_played(copied.team, match)]
     originals, copies = _described(sides), _described(copied.copies)
     word = f"{PREFIX}{copied.team.name}"
     return {
         "team": copied.team, "version": manifest.version, "word": word, "quoted": shlex.quote(word),
         "shell_name": shlex.quote(copied.team.name),
-        "learned": len(learned), "windows": _windows(own, copied.team, manifest, learned),
-        "roles": _options(own, copied.team, manifest, learned), "shares": _known(own, manifest),
+        "learned": len(learned), "windows": _windows(own, copied.team, knowledge, learned),
+        "roles": _options(own, copied.team, manifest, learned), "shares": _known(own, knowledge),
         "originals": len(copied.originals),
         "copies": len(copied.copies), "by_chance": _by_chance(copied.copies),
         "against": [_rivals(played) for played in (sides, copied.copies)],
@@ -117,18 +118,23 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
     }
 
 
-def _known(own: Store, manifest: Manifest) -> dict[str, float]:
-    """The shares of the team's decisions whose state is known; none if that knowledge is no longer there."""
+def _knowledge(own: Store, manifest: Manifest) -> Manifest | None:
+    """The knowledge that a policy was learned from; None if it is no longer there."""
     number = manifest.details["knowledge_version"]
-    if number not in own.versions("knowledge"):
+    return own.manifest("knowledge", number) if number in own.versions("knowledge") else None
+
+
+def _known(own: Store, knowledge: Manifest | None) -> dict[str, float]:
+    """The shares of the team's decisions whose state is known."""
+    if knowledge is None:
         return {}
-    knowledge = own.manifest("knowledge", number)
     return known_shares(of_imitated(knowledge, table_of(own, knowledge, Occasions)))
 
 
-def _learned_from(own: Store, manifest: Manifest) -> list[Receipt]:
-    """The matches whose options a policy was learned from; those that are gone are left out."""
-    names = {label.split("/")[1] for label in manifest.inputs if label.startswith("options/")}
+def _learned_from(own: Store, knowledge: Manifest | None) -> list[Receipt]:
+    """The matches whose options a version of the knowledge is of; those that are gone are left out."""
+    inputs = knowledge.inputs if knowledge is not None else {}
+    names = {label.split("/")[1] for label in inputs if label.startswith("options/")}
     return [receipt for receipt in own.receipts("matches") if receipt.name in names]
 
 
@@ -163,14 +169,14 @@ def _samples(own: Store, match: Receipt, team: TeamName) -> pl.DataFrame:
              probability=pl.when(within).then("probability")).cast(_SAMPLES.schema)
 
 
-def _windows(own: Store, team: TeamName, manifest: Manifest, learned: Sequence[Receipt]) -> int:
-    """The number of windows of motion that a policy was learned from."""
+def _windows(own: Store, team: TeamName, knowledge: Manifest | None, learned: Sequence[Receipt]) -> int:
+    """The number of windows of motion that a version of the knowledge was learned from."""
     found = [own.receipt("options", match.name) for match in learned]
     windows = sum(
         table_of(own, receipt, Clues).filter(_mine(match, team)).drop_nulls("role").height
         for match, receipt in zip(learned, found, strict=True) if receipt is not None)
-    settings = PolicySettings.model_validate(manifest.settings)
-    return min(windows, settings.imitation.windows_at_most)
+    settings = KnowledgeSettings.model_validate(knowledge.settings if knowledge is not None else {})
+    return min(windows, settings.habits.windows_at_most)
 
 
 def _mine(match: Receipt, team: TeamName) -> pl.Expr:

@@ -1,4 +1,4 @@
-"""Imitation: what a team does at what its robots see, learned from the clues to its options alone.
+"""Habits: what a team does at what its robots see, learned from the clues to its options alone.
 
 A team's habits are the probability of each option at an observation. They are learned together with the
 options themselves (expectation maximisation): options of windows by clues and habits, habits by options of
@@ -14,11 +14,12 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
 from pitchlore.pipeline.numbers.threads import one_thread
-from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits
-from pitchlore.pipeline.settings import ImitationSettings
-from pitchlore.pipeline.stages.policies.appraise import tree_tables
-from pitchlore.schemas import KEYS, ROLES, Appraisals
+from pitchlore.pipeline.numbers.trees import Trees, arrays_of, logits, rows_of, without_trees
+from pitchlore.pipeline.settings import HabitSettings
+from pitchlore.pipeline.stages.sides.teams import Team
+from pitchlore.schemas import ROLES, Habits, HabitTrees
 from pitchlore.schemas.options import OPTIONS
+from pitchlore.schemas.sights import SIGHT
 
 #: Rounds in which habits of roles are learned; they cost little.
 _ROUNDS = 20
@@ -26,23 +27,23 @@ _ROUNDS = 20
 _BLOCK_NS = 60_000_000_000
 
 
-def imitate(
-    clues: pl.DataFrame, settings: ImitationSettings, version: int
+def team_habits(
+    clues: pl.DataFrame, team: Team, settings: HabitSettings, version: int
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
-    """A policy that takes the option which a team most probably takes.
+    """The habits of a team.
 
     Args:
         clues: rows of schema Clues, of the team.
+        team: the team.
         settings: rounds and trees.
-        version: version of the policy.
+        version: version of the knowledge.
 
     Returns:
-        The options of each role as pairs, as :func:`pipeline.stages.policies.train.train` takes them, with
-        their shares of the role's windows as values; and rows of schema Appraisals: the logit of each option.
+        Rows of schema Habits and of schema HabitTrees; none without clues.
     """
     rows = clues.drop_nulls("role").head(settings.windows_at_most)
     if rows.is_empty():
-        return _pairs({}), Appraisals.empty()
+        return Habits.empty(), HabitTrees.empty()
     match = rows["match_id"].rank("dense").to_numpy().astype(np.int64)
     # one match alone is parted by its minutes
     block = rows["start_ns"].to_numpy() // _BLOCK_NS
@@ -50,34 +51,30 @@ def imitate(
     observation = np.ascontiguousarray(rows["sight"].to_numpy(), dtype=np.float32)
     role = rows["role"].to_physical().to_numpy().astype(np.int64)
     grown, posterior = habits(rows["ratios"].to_numpy(), observation, role, fold, settings)
-    shares = {
-        (role_name, option): float(posterior[role == place, option].mean())
-        for place, role_name in enumerate(ROLES) if (role == place).any() for option in grown
-    }
-    offered = {pair: share for pair, share in shares.items() if share >= settings.least_share}
-    schema = pl.Schema(Appraisals.dtypes())
-    appraisals = pl.concat([Appraisals.empty(), *(
-        part.select(
-            pl.lit(version).alias("version"), pl.lit(OPTIONS[option]).alias("code"), pl.all()).cast(schema)
-        for option, trees in sorted(grown.items()) for part in tree_tables(trees))])
-    return _pairs(offered), appraisals
+    taken = []
+    for place, of_role in enumerate(ROLES):
+        windows, all_of_role = posterior[role == place].sum(axis=0), max((role == place).sum(), 1)
+        taken += [{"role": of_role, "option": OPTIONS[option], "windows": windows[option],
+                   "share": windows[option] / all_of_role} for option in sorted(grown)]
+    known = Habits.of([{"version": version, **team._asdict(), **row} for row in taken
+                       if row["windows"] > 0 and row["share"] >= settings.least_share])
+    whole, schema = _of_all_options(grown, observation, settings), pl.Schema(HabitTrees.dtypes())
+    return known, pl.concat([
+        part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
+        for code, trees in zip(OPTIONS, whole, strict=True) for part in rows_of(trees, list(SIGHT))])
 
 
-def _pairs(shares: dict[tuple[str, int], float]) -> pl.DataFrame:
-    """Pairs of one state, from the share of each role's windows that each option has."""
-    return pl.DataFrame({
-        "role": pl.Series([role for role, _ in shares], dtype=pl.Enum(ROLES)),
-        "key": pl.Series([KEYS[-1]] * len(shares), dtype=pl.Enum(KEYS)),
-        "state": pl.Series([0] * len(shares), dtype=pl.Int64),
-        "behaviour_id": pl.Series(
-            [f"{role}-{OPTIONS[option]:03d}" for role, option in shares], dtype=pl.String),
-        "initial": pl.Series([0.0] * len(shares), dtype=pl.Float64),
-        "value": pl.Series(list(shares.values()), dtype=pl.Float64),
-    }).sort("role", "behaviour_id")
+def _of_all_options(grown: dict[int, Trees], observation: F32, settings: HabitSettings) -> list[Trees]:
+    """Trees of all options; one that the team has not has its share of the doubt, in the mean."""
+    found = np.array([logits(trees, observation) for trees in grown.values()])
+    top = found.max(axis=0)
+    both = float((top + np.log(np.exp(found - top).sum(axis=0))).mean())
+    rare = without_trees(both + np.log(settings.doubt / len(OPTIONS)))
+    return [grown.get(option, rare) for option in range(len(OPTIONS))]
 
 
 def habits(
-    ratios: F32, observation: F32, role: I64, fold: I64, settings: ImitationSettings
+    ratios: F32, observation: F32, role: I64, fold: I64, settings: HabitSettings
 ) -> tuple[dict[int, Trees], F64]:
     """Learn the habits of a team.
 
@@ -124,12 +121,12 @@ def _weighed(likelihood: F64, before: F64) -> F64:
     return shares
 
 
-def fit_habits(observation: F32, option: I64, settings: ImitationSettings) -> dict[int, Trees]:
+def fit_habits(observation: F32, option: I64, settings: HabitSettings) -> dict[int, Trees]:
     """Trees of the logit of each option that was drawn often enough, by its index."""
     found, counts = np.unique(option, return_counts=True)
     common = found[counts >= settings.leaf_samples]
     if len(common) < 2:
-        return {int(found[counts.argmax()]): _constant()}
+        return {int(found[counts.argmax()]): without_trees(0.0)}
     kept = np.isin(option, common)
     builder = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]
         max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
@@ -138,7 +135,7 @@ def fit_habits(observation: F32, option: I64, settings: ImitationSettings) -> di
     with one_thread():
         builder.fit(observation[kept], option[kept])
     if len(common) == 2:  # scikit-learn fits one logit, of the second
-        return {int(common[0]): _constant(), int(common[1]): arrays_of(builder)}
+        return {int(common[0]): without_trees(0.0), int(common[1]): arrays_of(builder)}
     return {int(code): arrays_of(builder, place) for place, code in enumerate(common)}
 
 
@@ -157,10 +154,3 @@ def _draw(posterior: F64, rng: np.random.Generator) -> I64:
     edges = posterior.cumsum(axis=1)
     drawn: I64 = (edges < edges[:, -1:] * rng.random((len(edges), 1))).sum(axis=1)
     return drawn
-
-
-def _constant() -> Trees:
-    """No trees: a logit of 0."""
-    none = np.empty(0, dtype=np.int32)
-    number = none.astype(np.float64)
-    return Trees(none, none, number, none.astype(bool), none, none, number, np.zeros(1))
