@@ -331,7 +331,7 @@ class HabitSettings(Frozen):
 
     Attributes:
         rounds: rounds in which options and habits are learned from each other.
-        windows_at_most: greatest number of windows that are learned from, the first of them.
+        windows_at_most: number of windows that are learned from; of more, every so manyth of each match.
         least_share: an option is a habit of a role that takes it in so great a share of its windows.
         doubt: probability that an option is none of the team's habits.
         trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,

@@ -73,14 +73,15 @@ def of_version(
 
     if team is not None and inputs["options"]:
         mine, clues = sides_of(team, sides), [Clues.empty()]
-        for table in inputs.batches("options", Clues):
-            clues.append(table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left"))
-            if sum(map(len, clues)) >= settings.windows_at_most:
-                break
-        habits, trees = team_habits(pl.concat(clues), team, settings, inputs.version)
+        of_match = max(settings.windows_at_most // len(inputs["options"]), 1)
+        for table in inputs.tables("options", Clues):
+            own = table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left")
+            clues.append(own.gather_every(max(-(-own.height // of_match), 1)))
+        learned = pl.concat(clues).drop_nulls("role")
+        habits, trees = team_habits(learned, team, settings, inputs.version)
         if habits.height:
-            window = {"window_s": inputs["options"][0].settings["window_s"]}
-            return VersionHabits(((habits, Habits), (trees, HabitTrees)), {_DETAIL: window})
+            how = {"window_s": inputs["options"][0].settings["window_s"], "windows": learned.height}
+            return VersionHabits(((habits, Habits), (trees, HabitTrees)), {_DETAIL: how})
     if not any(Habits.NAME in held.files for held in inputs[parent]):
         return VersionHabits((), {})
     version = pl.lit(inputs.version, dtype=pl.Int32).alias("version")

@@ -33,24 +33,23 @@ def team_habits(
     """The habits of a team.
 
     Args:
-        clues: rows of schema Clues, of the team.
+        clues: rows of schema Clues, of the team, in roles that are known.
         team: the team.
-        settings: rounds and trees.
+        settings: rounds and trees; all clues are learned from.
         version: version of the knowledge.
 
     Returns:
         Rows of schema Habits and of schema HabitTrees; none without clues.
     """
-    rows = clues.drop_nulls("role").head(settings.windows_at_most)
-    if rows.is_empty():
+    if clues.is_empty():
         return Habits.empty(), HabitTrees.empty()
-    match = rows["match_id"].rank("dense").to_numpy().astype(np.int64)
+    match = clues["match_id"].rank("dense").to_numpy().astype(np.int64)
     # one match alone is parted by its minutes
-    block = rows["start_ns"].to_numpy() // _BLOCK_NS
+    block = clues["start_ns"].to_numpy() // _BLOCK_NS
     fold = (match if match.max() > 1 else block) % 2
-    observation = np.ascontiguousarray(rows["sight"].to_numpy(), dtype=np.float32)
-    role = rows["role"].to_physical().to_numpy().astype(np.int64)
-    grown, posterior = habits(rows["ratios"].to_numpy(), observation, role, fold, settings)
+    observation = np.ascontiguousarray(clues["sight"].to_numpy(), dtype=np.float32)
+    role = clues["role"].to_physical().to_numpy().astype(np.int64)
+    grown, posterior = habits(clues["ratios"].to_numpy(), observation, role, fold, settings)
     taken = []
     for place, of_role in enumerate(ROLES):
         windows, all_of_role = posterior[role == place].sum(axis=0), max((role == place).sum(), 1)

@@ -14,13 +14,12 @@ from pitchlore.pipeline.engine.knowledge import known_shares, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played
 from pitchlore.pipeline.views.scout.words import NAMES, short
-from pitchlore.schemas import ROLES, SIDES, Clues, Matches, Occasions, Options, Policies, Trajectories
+from pitchlore.schemas import ROLES, SIDES, Matches, Occasions, Options, Policies, Trajectories
 
 #: A recovered option counts as sure from this probability on: it is more probable than all others together.
 SURE = 0.5
@@ -106,7 +105,8 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
     return {
         "team": copied.team, "version": manifest.version, "word": word, "quoted": shlex.quote(word),
         "shell_name": shlex.quote(copied.team.name),
-        "learned": len(learned), "windows": _windows(own, copied.team, knowledge, learned),
+        "learned": len(learned),
+        "windows": None if knowledge is None else knowledge.details["habits"]["windows"],
         "roles": _options(own, copied.team, manifest, learned), "shares": _known(own, knowledge),
         "originals": len(copied.originals),
         "copies": len(copied.copies), "by_chance": _by_chance(copied.copies),
@@ -167,16 +167,6 @@ def _samples(own: Store, match: Receipt, team: TeamName) -> pl.DataFrame:
         lasting, left_on="t_ns", right_on="start_ns", by=["team", "robot"], check_sortedness=False,
     ).select("role", seconds=pl.lit(1 / hz), option=pl.when(within).then("option"),
              probability=pl.when(within).then("probability")).cast(_SAMPLES.schema)
-
-
-def _windows(own: Store, team: TeamName, knowledge: Manifest | None, learned: Sequence[Receipt]) -> int:
-    """The number of windows of motion that a version of the knowledge was learned from."""
-    found = [own.receipt("options", match.name) for match in learned]
-    windows = sum(
-        table_of(own, receipt, Clues).filter(_mine(match, team)).drop_nulls("role").height
-        for match, receipt in zip(learned, found, strict=True) if receipt is not None)
-    settings = KnowledgeSettings.model_validate(knowledge.settings if knowledge is not None else {})
-    return min(windows, settings.habits.windows_at_most)
 
 
 def _mine(match: Receipt, team: TeamName) -> pl.Expr:
