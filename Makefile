@@ -22,7 +22,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options from-recordings imitation-gain rebuilt \
-  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial tried imitation soak bench-scale golden pages \
+  teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial penalties tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
 help:  ## list the targets
@@ -191,6 +191,9 @@ looking: $(READY)  ## does a team that looks win? apprentices against the panel,
 # It plays apprentices that `make looking` has trained.
 trial: $(READY)  ## is a second of looking worth more than one of the best constant? randomised trials (half an hour; LEARNERS)
 	$(BIN)/python data/studies/looking/trial.py $(STUDY_DATA) $(LEARNERS)
+
+penalties: $(READY)  ## what becomes of the apprentices with fewer penalties, and with the goalkeeper on its line (a quarter of an hour)
+	$(BIN)/python data/studies/looking/penalties.py $(STUDY_DATA)
 
 # It takes the results of seasons, imitation and peers that are in data/studies.
 tried: $(READY)  ## which kinds of learners were tried, their curves (seconds)

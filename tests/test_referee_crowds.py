@@ -157,6 +157,28 @@ every_scene = pytest.mark.parametrize(("stretches", "expected"), [scene[1:] for 
 
 
 @every_scene
+def test_overlooked_defenders(stretches, expected):
+    """Without a share of crowds of defenders that are fouls, only those of attackers are."""
+    call, state = end_of(stretches, Laws.of(VSSS, RefereeSettings(penalty_share=0.0), 60.0))
+    if expected is None or expected[1] != DEFENDERS:
+        assert (call, state["due"]) == ((PLAY_ON, PLAY_ON) if expected is None else (FOUL if expected[1] is not None else GOAL, expected[0]))
+    elif any(attackers > 1 for _, _, attackers, _ in stretches):
+        assert (call, state["due"], state["reason"], state["annulled"]) == (FOUL, GOAL_KICK, ATTACKERS, 1)
+    else:
+        assert (call, state["due"], state["defenders"], state["defenders_seen"]) == (PLAY_ON, PLAY_ON, 0, 0)
+
+
+def test_share_of_defenders():
+    """The share of crowds of defenders that are fouls is kept evenly over the frames of a match."""
+    laws, called = Laws.of(VSSS, RefereeSettings(penalty_share=0.25), 60.0), []
+    for frame in range(400):
+        state = in_play(laws=laws)
+        state["frame"] = frame
+        called.append(len(calls(filmed([(1, AREA, 0, 2), (1, OUT, 0, 2)]), laws, state)))
+    assert [sum(called[first : first + 100]) for first in (0, 100, 200, 300)] == pytest.approx([25] * 4, abs=2)
+
+
+@every_scene
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("end", [-1, 1])
 def test_scene(stretches, expected, half, end):

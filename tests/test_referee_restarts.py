@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from itertools import product
 
 import numpy as np
 import pytest
@@ -150,6 +151,24 @@ def test_league_places():
     assert goal_kick[0, X] == pytest.approx(-0.6)
     assert abs(goal_kick[0, Y]) == pytest.approx(0.35)
     assert np.hypot(*(goal_kick[1, :2] - goal_kick[0, :2])) == pytest.approx(0.1125)
+
+
+def test_penalty_keeper_on_line():
+    """A goalkeeper that faces a penalty touches its goal line if the settings say so; all else is the same."""
+    # FIRA, law 11: "one of the sides of the goalkeeper must be in touch with the goal line. The goalkeeper may be
+    # oriented in any direction." VSSReferee 2862742, replacements.json: 0.7125, which is 0.75 less half a robot.
+    on_line = Laws.of(VSSS, RefereeSettings(scatter=0.0, keeper_on_line=True), 60.0)
+    assert put(PENALTY, on_line)[4, [X, Y]] == pytest.approx([0.7125, 0.0])
+    on_line = Laws.of(VSSS, RefereeSettings(keeper_on_line=True), 60.0)
+    corners = 0.0375 * np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])
+    for call, seed in product(RESTARTS, range(20)):
+        usual, placed = put(call, seed=seed), put(call, on_line, seed=seed)
+        if call == PENALTY:
+            turned = corners * np.exp(1j * placed[4, THETA])
+            assert placed[4, X] + turned.real.max() == pytest.approx(0.75)
+            assert 0.010 < 0.75 - (usual[4, X] + turned.real.max()) < 0.031
+            usual[4, X] = placed[4, X]
+        assert placed.tolist() == usual.tolist()
 
 
 def test_goal_kick_side():

@@ -22,7 +22,7 @@ import peers.teams
 import polars as pl
 import pytest
 from conftest import ROOT
-from looking import lots, tried
+from looking import lots, penalties, tried
 from looking.learners import ALL, HELD, STATIC, USUAL, WATCHED
 from looking.measuring import blind_pair, played_blind
 from looking.pairs import kept, of_pairs
@@ -30,6 +30,7 @@ from looking.permuted import actions_dealt, sights_dealt
 from peers.network import Network
 
 from pitchlore.pipeline.arena.env import parallel_env
+from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.constant import Constant
 from pitchlore.pipeline.engine.games import next_of, take_game
@@ -174,6 +175,25 @@ def test_looking(data, tmp_path, monkeypatch):
     assert pl.read_csv(tmp_path / "together.csv").equals(pl.read_csv(STUDIES / "looking" / "together.csv"))
     with pytest.raises(SystemExit, match="no learner is called nobody"):
         looking.study.main(tmp_path, data, ["nobody"])
+
+
+def test_penalties(data, tmp_path, monkeypatch):
+    """Each law is played by each team; a recording without restarts of its own is judged as a match is."""
+    monkeypatch.setattr(penalties, "SEASONS", ((HELD.season, HELD.seasons[:1]),))
+    monkeypatch.setattr(penalties, "TEAMS", (LEARNER.panel.words[0], "random"))
+    monkeypatch.setattr(penalties, "SEEDS", range(7, 9))
+    monkeypatch.setattr(penalties, "USUAL", USUAL.model_copy(update={"referee": RefereeSettings(duration_s=120.0)}))
+    penalties.main(tmp_path, data)
+    same_columns(tmp_path, "looking", "penalties.csv", "judged.csv")
+    table = pl.read_csv(tmp_path / "penalties.csv")
+    assert table["laws"].to_list() == [*penalties.LAWS] * 2
+    assert table.filter(laws="none")[["penalties_for", "penalties_against"]].to_numpy().tolist() == [[0, 0], [0, 0]]
+    assert table.filter(laws=penalties.USUALLY)["penalties_against"].max() > 0
+    played = harness.matches.read(harness.logged(Recipe(
+        home=TeamSettings(kind="random"), away=TeamSettings(kind="static"), seed=1, referee=USUAL.referee)), where="played")
+    called = played.referee.filter(pl.col("event") == "stop")["note"].str.starts_with("penalty").sum()
+    assert penalties.judged(played, RefereeSettings()) == called > 3
+    assert penalties.judged(played, RefereeSettings(penalty=False)) == 0
 
 
 def test_trial(data, tmp_path, monkeypatch):

@@ -64,7 +64,8 @@ STATE = np.dtype([
 #: The laws as :func:`referee_call` needs them: metres and metres a second, frames, robots, and whether there
 #: are such restarts.
 LIMITS = np.dtype([
-    *((name, np.float64) for name in ("goal_line", "post", "area_x", "area_y", "near", "slow_speed")),
+    *((name, np.float64) for name in ("goal_line", "post", "area_x", "area_y", "near", "slow_speed",
+                                    "penalty_share")),
     *((name, np.int64) for name in (
         "duration", "halves", "pause", "stuck", "crowded", "crowd", "remember", "penalties", "goal_kicks",
     )),
@@ -72,6 +73,9 @@ LIMITS = np.dtype([
 
 #: Instead of a team.
 NOBODY = -1
+
+#: Multiples of this spread evenly over 2**32: it is 2**32 by the golden ratio.
+_EVENLY = 2_654_435_761
 
 #: Reasons of fouls.
 STUCK, ATTACKERS, DEFENDERS = range(3)
@@ -119,7 +123,7 @@ class Laws:
             )
         limits = (
             marks.goal_line, marks.post, marks.area_x, marks.area_y, marks.near,
-            settings.stuck_speed * SCALES[pitch.kind].speed,
+            settings.stuck_speed * SCALES[pitch.kind].speed, settings.penalty_share,
             duration, settings.halves, max(1, frames_lasting(settings.pause_s, hz)),
             frames_lasting(settings.stuck_s, hz), frames_lasting(settings.crowd_s, hz), settings.crowd,
             settings.remember_crowds, settings.penalty, settings.goal_kick,
@@ -244,12 +248,15 @@ def referee_call(bodies: F64, state: Record, limits: Record) -> int:
     if area != now["area"]:
         if now["area"] != 0:
             _count_crowds(bodies, now, law)
+            _overlook(now, law)
             if now["attackers_seen"] or now["defenders_seen"]:
                 return _crowd_foul(now, False, resume)
         now["area"] = area
         now["slow"] = now["attackers"] = now["defenders"] = 0
     if area != 0:
         _count_crowds(bodies, now, law)
+        if in_goal or now["defenders"] > law["crowded"]:
+            _overlook(now, law)
         if in_goal:
             if now["attackers_seen"]:
                 return _crowd_foul(now, True, resume)
@@ -301,6 +308,13 @@ def _count_crowds(bodies: F64, now: Record, law: Record) -> None:
     now["attackers"] = now["attackers"] + 1 if many else 0
     many = defending >= law["crowd"] and law["penalties"]
     now["defenders"] = now["defenders"] + 1 if many else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _overlook(now: Record, law: Record) -> None:
+    """Forget a crowd of defenders that is not judged a foul; the frame decides, evenly for all frames."""
+    if now["frame"] * _EVENLY % 2**32 >= law["penalty_share"] * 2**32:
+        now["defenders"] = now["defenders_seen"] = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -37,7 +37,8 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
     - Free ball: the ball on the mark of its quarter, a robot of each team 0.20 m (on a VSSS pitch) from
       it on the side of its own goal, all others in their own half and further from the ball.
     - Penalty: the ball on the mark before the goal, the taker 1.5 robot lengths behind it, the
-      adversary's goalkeeper on its line, all others in the half that the ball is not in.
+      adversary's goalkeeper before its line (touching it, if the settings say ``keeper_on_line``), all
+      others in the half that the ball is not in.
     - Goal kick: the ball on a corner of the goal area, left or right by chance (VSSReferee: on the
       goalkeeper's side), the goalkeeper behind it, all others in their own half, the kicker's outside the
       area.
@@ -68,7 +69,7 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
     # half a turn exchanges opposite quarters
     quarter = int(state["quarter"]) if attacks > 0 else 3 - int(state["quarter"])
     view = np.zeros_like(bodies)
-    if not _arrange(kind, quarter, laws.marks, laws.settings.scatter, rng, view):
+    if not _arrange(kind, quarter, laws.marks, laws.settings.scatter, laws.settings.keeper_on_line, rng, view):
         raise BadSettings(
             f"{len(bodies) // 2} robots a team find no room at a {WORDS[kind]}",
             where="referee", next_step="Play with fewer robots, or on a larger pitch",
@@ -80,7 +81,7 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _arrange(
-    kind: int, quarter: int, marks: Marks, scatter: float, rng: np.random.Generator, out: F64
+    kind: int, quarter: int, marks: Marks, scatter: float, on_line: bool, rng: np.random.Generator, out: F64
 ) -> bool:
     """Write the places into the zeros of ``out``, in the taker's view; false if there is no room.
 
@@ -139,6 +140,9 @@ def _arrange(
         out[row, X] += slack * (2 * rng.random() - 1)
         out[row, Y] += slack * (2 * rng.random() - 1)
         out[row, THETA] += scatter * (2 * rng.random() - 1)
+    if on_line and kind == PENALTY:
+        theta = out[1 + robots, THETA]
+        out[1 + robots, X] = marks.goal_x - marks.robot * (abs(math.cos(theta)) + abs(math.sin(theta)))
     return True
 
 
