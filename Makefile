@@ -139,7 +139,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options from-recordings rebuilt paradigms seasons sensitivity looking trial  ## most studies, into data/studies/ (about twelve hours)
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options from-recordings rebuilt paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about twelve hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)

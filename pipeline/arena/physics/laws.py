@@ -55,11 +55,11 @@ class RefereeSettings(Frozen):
             lasts is a foul, as in the first release.
         penalty: whether there are penalties. Without them a crowd of defenders is no foul, and a stuck ball
             gives a free ball instead.
-        penalty_share: share of the crowds of defenders that are judged a foul, by the frame at which they would
-            be. The program calls all when it decides alone. People may call fewer: FIRA's law 8 excepts a
-            robot that does not affect play.
-        keeper_on_line: whether the goalkeeper that faces a penalty touches its goal line, as FIRA's law 11 and
-            the program's places have it. Off, there are 1 to 3 cm between them.
+        penalty_share: share of the crowds of defenders that are judged a foul, by the frame at which they
+            would be. The program calls all when it decides alone. People may call fewer: FIRA's law 8
+            excepts a robot that does not affect play.
+        keeper_on_line: whether the goalkeeper that faces a penalty touches its goal line, as FIRA's law 11
+            and the program's places have it. Off, there are 1 to 3 cm between them.
         goal_kick: whether there are goal kicks. Without them a crowd of attackers is no foul, and a stuck
             ball gives a free ball instead.
         scatter: greatest random offset of a robot at a restart, in robot lengths along each axis and in

@@ -69,7 +69,8 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
     # half a turn exchanges opposite quarters
     quarter = int(state["quarter"]) if attacks > 0 else 3 - int(state["quarter"])
     view = np.zeros_like(bodies)
-    if not _arrange(kind, quarter, laws.marks, laws.settings.scatter, laws.settings.keeper_on_line, rng, view):
+    scatter, on_line = laws.settings.scatter, laws.settings.keeper_on_line
+    if not _arrange(kind, quarter, laws.marks, scatter, on_line, rng, view):
         raise BadSettings(
             f"{len(bodies) // 2} robots a team find no room at a {WORDS[kind]}",
             where="referee", next_step="Play with fewer robots, or on a larger pitch",
