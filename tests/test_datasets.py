@@ -46,14 +46,15 @@ ID = "derby/decisions-v0"
 
 @pytest.fixture(scope="module")
 def league(tmp_path_factory):
-    """A played match with logged decisions and a recorded one, and a version of the knowledge."""
+    """A played match with logged decisions, a recorded one whose blue team logs options, a version of the knowledge."""
     folder = tmp_path_factory.mktemp("datasets")
     store = Store(folder / "data")
     known = PolicyTables(policy(*((role, 0, codes, 0.5) for role in ROLES for codes in ("046-044-021", "044", "194"))))
     record(store, Recipe(
         home=TeamSettings(kind="learned", policy="known", explore=0.5), away=TeamSettings(kind="static"), seed=9,
         referee=RefereeSettings(duration_s=20.0)), {"known": known})
-    clip(0.0, 30.0).write_csv(folder / "derby.csv")
+    second = pl.col("t").floor().cast(pl.Int64)
+    clip(0.0, 30.0).with_columns(option=pl.when(team="blue").then(44 + 2 * (second % 2))).write_csv(folder / "derby.csv")
     import_recording(store, Recording(file=folder / "derby.csv"))
     bring(store, Settings(options=OptionSettings(recover=True)))
     return store
@@ -339,9 +340,18 @@ def test_frames_are_the_tables(league, frames):
 
 
 def table_of_logged(store) -> pl.DataFrame:
-    """Decisions that are one option, as the players logged them."""
+    """Decisions that are one option, and blue's options of each second, as they were logged."""
     rows = table(store).filter("chosen", pl.col("behaviour_id").str.count_matches("-") == 1)
-    return rows.select("match_id", "team", "robot", start_ns="t_ns", end_ns="end_ns", logged=pl.col("behaviour_id").str.slice(-3).cast(pl.Int64))
+    decided = rows.select("match_id", "team", "robot", start_ns="t_ns", end_ns="end_ns", logged=pl.col("behaviour_id").str.slice(-3).cast(pl.Int64))
+    robots = league_table(store, "options").join(league_table(store, "sides"), left_on=["match_id", "team"], right_on=["match_id", "side"])
+    robots = robots.filter(pl.col("team_right") == "blue")
+    assert set(robots["logged"]) == {44, 46}
+    rows = pl.read_csv(store.root.parent / "derby.csv").select("option", t_ns=((pl.col("t") - pl.col("t").min()) * 1e9).round().cast(pl.Int64))
+    begun = rows.drop_nulls().unique("t_ns").sort("t_ns").filter(pl.col("option").diff().fill_null(1) != 0)
+    assert begun.height == 30
+    told = robots.select("match_id", "team", "robot").unique().join(begun, how="cross").select(
+        "match_id", "team", "robot", start_ns="t_ns", end_ns=pl.col("t_ns").shift(-1).over("robot").fill_null(10**12), logged="option")
+    return pl.concat([decided, told])
 
 
 def test_statistics(frames):

@@ -18,7 +18,7 @@ from support.tracking import read
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
-from pitchlore.pipeline.matches.frame import Heights, MatchLog
+from pitchlore.pipeline.matches.frame import OPTION_DTYPE, Heights, MatchLog
 from pitchlore.pipeline.stages.events.restarts import kind_of
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import ExportedMatch
@@ -32,9 +32,11 @@ SECONDS = 40.0
 
 @cache
 def content() -> ExportedMatch:
-    """The sample's first 40 s, with a height of the ball at one sample."""
+    """The sample's first 40 s, with a height of the ball at one sample, and options of a robot for five seconds."""
     match = read(clip(0.0, SECONDS).write_csv())
-    match = replace(match, heights=Heights(match.frames.t_ns[100:101], np.float32([0.25])))
+    times = match.frames.t_ns
+    told = np.array([(times[100], 44, 1, 1), (times[200], 46, 1, 1), (times[300], 0, 1, 1)], dtype=OPTION_DTYPE)
+    match = replace(match, heights=Heights(times[100:101], np.float32([0.25])), options=told)
     return ExportedMatch(handmade(log=match, **derived(match)))
 
 
@@ -57,6 +59,7 @@ def test_a_table_comes_back(form: str) -> None:
         "pitch": match.info.pitch.model_dump()})
     again = read(FORMATS[form].write(content())[form], home)
     same_places(again, match)
+    assert np.array_equal(again.options, match.options)
     assert np.array_equal(again.frames.robots["theta"], match.frames.robots["theta"], equal_nan=True)
     assert again.info.pitch == match.info.pitch
     columns = ("t_ns", "event", "team", "score_home", "score_away")

@@ -112,6 +112,26 @@ def test_wide() -> None:
     assert flaws(read(WIDE)) == []
 
 
+def test_logged_options() -> None:
+    """Options of both forms, also by a map, are the log's changes; a value that is none is flagged, not taken."""
+    codes = ("44", "44", "", "44", "1", "44", "184")  # of the ball, réds 1 and 2, greens 1; then without réds 2
+    lines = [f"{line},{code}" for line, code in zip(HEADLESS.splitlines(), codes, strict=True)]
+    long = "\n".join([LONG.partition("\n")[0] + ",option", *lines])
+    home, away = (0, 1) if read(LONG).info.home == "réds" else (1, 0)
+    head, first, last = WIDE.splitlines()
+    for match in (
+        read(long), read(long.replace("option", "does"), load_map('[columns]\noption = "does"\n')),
+        read(f"{head},option_réds1,greens_1_option\n{first},44,44\n{last},44,184\n"),
+    ):
+        assert same(match, read(LONG))
+        assert set(match.options.tolist()) == {(0, 44, 1, home), (0, 44, 1, away), (25_000_000, 184, 1, away)}
+        assert flaws(match) == flaws(read(LONG))
+    wrong = read(long.replace(",184", ",7").replace(",1.5,44", ",1.5,x"))
+    assert wrong.options.tolist() == [(0, 44, 1, away), (25_000_000, 0, 1, away)]
+    (note,) = wrong.quality.filter(flaw="skipped")["note"]
+    assert note == "column option has 7, words, which a robot cannot do on purpose: taken for not logged"
+
+
 @pytest.mark.parametrize("spelling", [
     "{x}_{team}{n}", "{team}_{n}_{x}", "{team}{n}_{x}", "robot_{team}_{n}_pos_{x}", "{team}Robot{n}{X}",
 ])
@@ -197,6 +217,8 @@ def test_no_word_twice() -> None:
     (WIDE.replace("frame,t,", "frame,tempo,"), "", r"has no column t \(did you mean tempo\?\)"),
     ("frame,time,quux,player,x,y\n0,0,a,1,0,0\n", '[columns]\nt = "time"\n',
      r"has no column team; it has frame, time, quux"),
+    (LONG.replace("heading", "option").replace("1.5", "7"), "",
+     r"^game.csv: column option has -7, -3, 7, which a robot cannot do on purpose\. Write codes of Table 1 \(1, 11, "),
 ])
 def test_refusals(text: str, mapping: str, says: str) -> None:
     """Tables that do not tell what is needed are refused in one line, with the cure."""

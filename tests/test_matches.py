@@ -15,6 +15,7 @@ from support.mcap_logs import (
     decisions_of,
     frames_of,
     match,
+    options_of,
     referee_of,
     written,
 )
@@ -43,7 +44,8 @@ def test_round_trip(data):
     )  # fmt: skip
     referee = referee_of(*data.draw(st.lists(row, max_size=5))).sort("t_ns", maintain_order=True)
     decisions, commands = decisions_of(data.draw(st.integers(0, 30))), commands_of(data.draw(st.integers(0, 30)))
-    log = MatchLog(INFO, frames_of(counts, t_ns=times), referee, decisions, commands=commands)
+    told = options_of(data.draw(st.integers(0, 30)))
+    log = MatchLog(INFO, frames_of(counts, t_ns=times), referee, decisions, commands=commands, options=told)
     chunk_bytes = data.draw(st.sampled_from([1, 700, 5000, 1 << 20]))
     back = matches.read(written(log, chunk_bytes=chunk_bytes), where="a.mcap")
     assert same(back, log)

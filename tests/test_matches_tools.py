@@ -46,7 +46,7 @@ def test_checksums():
 
 def test_ros2_decoder():
     """The mcap-ros2 library decodes our messages."""
-    log = match()
+    log = match(options=20)
     reader = make_reader(io.BytesIO(written(log, chunk_bytes=SMALL)), True, [DecoderFactory()])
     decoded = {topic.name: [] for topic in TOPICS.values()}
     for _, channel, message, value in reader.iter_decoded_messages(log_time_order=False):
@@ -67,6 +67,7 @@ def test_ros2_decoder():
         by_time.with_columns(pl.col("behaviour_id").fill_null(""))
         .select("t_ns", "state", "behaviour_id", "reward", "random", "end_ns").iter_rows()
     )  # fmt: skip
+    assert [(t, v.option, v.robot, v.team) for t, v in decoded["/option"]] == log.options.tolist()
 
 
 def test_commands_channel():
@@ -102,7 +103,7 @@ def test_indexes():
 @pytest.mark.parametrize("chunked", [True, False])
 def test_foreign_log(compression, chunked):
     """A log that another program writes on our definitions is read."""
-    log = match()
+    log = match(options=20)
     data = foreign(log, epoch=1_700_000_000 * 10**9, chunked=chunked, compression=compression)
     with pytest.raises(DamagedLog, match="does not say which match it is"):
         matches.read(data, where="other.mcap")

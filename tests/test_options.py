@@ -1,22 +1,26 @@
 """Options: what robots did, recovered from their motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
 from support.looking import pairs_of
+from support.mcap_logs import written
 from support.played import whole
 
+from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.game.tactics.executors.actions import CODES
-from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.matches.frame import OPTION_DTYPE, MatchLog
 from pitchlore.pipeline.settings import OptionSettings, TrajectorySettings
 from pitchlore.pipeline.stages.options.habits import by_habits
 from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes, shipped_ratios
-from pitchlore.pipeline.stages.options.recover import options
+from pitchlore.pipeline.stages.options.recover import logged_options, options
 from pitchlore.pipeline.stages.options.windows import bodies, starts
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import ROLES, Appraisals, Clues, Options
@@ -44,7 +48,7 @@ def table(log) -> pl.DataFrame:
 
 @pytest.fixture(scope="module")
 def found(log, table) -> tuple[pl.DataFrame, pl.DataFrame]:
-    return options(table, log.info.pitch, SETTINGS, shipped_ratios(), log.decisions)
+    return options(table, log.info.pitch, SETTINGS, shipped_ratios(), logged_options(log.decisions, log.options))
 
 
 def test_what_was_done_is_seen(found):
@@ -68,6 +72,22 @@ def test_only_motion_counts(found, log, table):
     windows_of = pl.col("team", "robot", "option", "target", "segment")
     # a change of what is logged parts a row in two
     assert set(blind.select(windows_of).rows()) == set(rows.select(windows_of).rows())
+
+
+def test_a_team_that_logs_its_options(found, log, table):
+    """Options that a team logs are shown, in place of its decisions; before the first and where it logs none, nothing is."""
+    (robot, *_) = found[0]["robot"].unique().sort()
+    changes = np.array([(5 * 10**9, 44, robot, 0), (9 * 10**9, 0, robot, 0), (12 * 10**9, 1, robot, 0)], OPTION_DTYPE)
+    back = matches.read(written(replace(log, options=changes)), where="told.mcap")
+    assert np.array_equal(back.options, changes)
+    rows, _ = options(table, log.info.pitch, SETTINGS, shipped_ratios(), logged_options(back.decisions, back.options))
+    middle = ((pl.col("start_ns") + pl.col("end_ns")) // 2 / 1e9).alias("middle")
+    told = rows.filter(team="home").sort("start_ns").select("robot", "logged", middle)
+    mine = told.filter(robot=robot)
+    wanted = np.select([mine["middle"] < 5, mine["middle"] < 9, mine["middle"] < 12], [0, 44, 0], 1)
+    assert mine["logged"].fill_null(0).to_list() == wanted.tolist()
+    assert set(wanted.tolist()) == {0, 1, 44}
+    assert told.filter(pl.col("robot") != robot)["logged"].null_count() == len(told) - len(mine)
 
 
 def test_options_of_a_robot(found, table):

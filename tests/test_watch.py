@@ -23,7 +23,7 @@ from pitchlore.flows.commands.addresses import addressed
 from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
 from pitchlore.pipeline.engine.recordings import WATCHING, inbox, useless
 from pitchlore.pipeline.importers.packets.recorder import Packet
-from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, ON_DEMAND, OPTIONS, LeagueName
 from pitchlore.pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen
 from pitchlore.pipeline.live.sockets import Received, Receiver
 from pitchlore.pipeline.live.status import Status
@@ -33,7 +33,7 @@ from pitchlore.pipeline.store import Store
 
 HERE, THERE = ("10.0.0.1", 5000), ("10.0.0.2", 5000)
 #: Unicast loopback, on ports that are free.
-LOOPBACK = {league: tuple(stream._replace(group="127.0.0.1", port=0) for stream in streams)
+LOOPBACK = {league: tuple(stream._replace(group="127.0.0.1", port=0) for stream in (*streams, *ON_DEMAND[league]))
             for league, streams in LEAGUES.items()}
 
 Send = Callable[[int, bytes], None]
@@ -49,7 +49,7 @@ def watched(
     monkeypatch.setattr(watching, "until_stopped", lambda: nullcontext(over.is_set))
 
     def listening(addresses: dict[str, str]) -> None:
-        ports = {stream.channel: int(addresses[stream.name].rpartition(":")[2]) for stream in LEAGUES[league]}
+        ports = {stream.channel: int(addresses[stream.name].rpartition(":")[2]) for stream in LOOPBACK[league]}
 
         def go() -> None:
             with ExitStack() as mouths:
@@ -127,6 +127,46 @@ def test_whatever_else_arrives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     kept, _ = listed(done.file.read_bytes())
     assert {packet.data for packet in kept} <= {packet.data for packet in packets}
     assert done.file.stat().st_size < 200_000
+
+
+def test_a_team_tells_its_options(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Options that a team sends are in the match; broken and forged ones, and a flood, are counted and change nothing."""
+    packets = [packet for packet in vsss_packets(2.0) if packet.channel == VISION]
+    bad = (b"", b"[" * 30_000, b"\xff", b'{"team": "blue", "robot": 1, "option": 7}', b'{"team": "red", "robot": 1, "option": 44}',
+           b'{"team": "blue", "robot": 1, "option": 4' + b"4" * 5_000 + b"}", b'{"team": "blue", "robot": "1", "option": 44}')
+
+    def tell(send: Send, team: str, robot: int, option: int | None) -> None:
+        send(OPTIONS.channel, json.dumps({"team": team, "robot": robot, "option": option}).encode())
+
+    def send(senders: Sequence[Send]) -> None:
+        good, blue, forger = senders
+        for number, packet in enumerate(packets):
+            if number % 30 == 10:
+                tell(blue, "blue", 1, (44, 46, None, 184)[number // 30])
+            if number == 40:
+                for content in bad:
+                    forger(OPTIONS.channel, content)
+                tell(forger, "blue", 1, 1)
+                tell(forger, "yellow", 2, 98)
+            good(packet.channel, packet.data)
+            time.sleep(0.01)
+        for _ in range(5_000):
+            forger(OPTIONS.channel, b"[" * 1_000)
+
+    done = watched(monkeypatch, tmp_path, "vsss", send)
+    assert done.file is not None
+    assert (done.packets, done.options) == (len(packets), 5)
+    assert done.refused["options", SECOND] == 1
+    assert done.refused["options", MALFORMED] >= len(bad)
+    match = imported(done.file.read_bytes())
+    found = {team: [row["option"] for row in match.options if row["team"] == team and row["robot"] == 2 - (team == 0)]
+             for team in (0, 1)}
+    assert found == {0: [44, 46, 0, 184], 1: [98]}
+    assert len(match.options) == 5
+    assert match.info.home == "blue"
+    status = Status("vsss")
+    status.see([Packet(OPTIONS.channel, T0, b"")])
+    assert (status.line(T0, 0), status.packets) == ("0 frames/s, 0 lost, 1 options", 0)
 
 
 def received(packets: Sequence[Packet], sender: tuple[str, int] = HERE) -> list[Received]:
@@ -295,7 +335,7 @@ def test_nothing_comes(tmp_path: Path, call: Call) -> None:
     assert code == 1
     assert "No packet came to 127.0.0.1:0, 127.0.0.1:0. Is this computer" in out
     assert json.loads(call(*words, "--json")[1]) == {
-        "file": None, "packets": 0, "frames_lost": 0, "seconds": pytest.approx(0.2, abs=0.2), "refused": []}
+        "file": None, "packets": 0, "options": 0, "frames_lost": 0, "seconds": pytest.approx(0.2, abs=0.2), "refused": []}
     assert list((tmp_path / WATCHING).iterdir()) == []
     assert not (tmp_path / "inbox").exists()
 
@@ -313,6 +353,9 @@ def test_addresses() -> None:
     found = {stream.name: (stream.group, stream.port) for stream in addressed(LEAGUES["ssl"], "224.9.9.9", ("tracker=10.0.0.1:77",))}
     assert found == {"vision": ("224.9.9.9", 10006), "vision-2010": ("224.9.9.9", 10005), "tracker": ("10.0.0.1", 77),
                      "referee": ("224.9.9.9", 10003)}
+    asked, *_ = addressed(LEAGUES["vsss"], None, ("options=127.0.0.1:7",), ON_DEMAND["vsss"])[::-1]
+    assert asked == OPTIONS._replace(port=7)
+    assert OPTIONS.name not in {stream.name for stream in addressed(LEAGUES["vsss"], None, (), ON_DEMAND["vsss"])}
 
 
 @pytest.mark.unit
@@ -341,7 +384,7 @@ def test_a_port_that_another_program_has() -> None:
 @given(contents=st.lists(st.binary(max_size=200), max_size=12), channel=st.integers(0, 3))
 def test_no_bytes_break_it(league: LeagueName, contents: list[bytes], channel: int) -> None:
     """Whatever bytes come, they are recorded or counted, and the status can tell what it heard."""
-    stream = LEAGUES[league][channel % len(LEAGUES[league])]
+    stream = LOOPBACK[league][channel % len(LOOPBACK[league])]
     screen, status = Screen(league), Status(league)
     packets = screen.sound(received([Packet(stream.channel, T0 + i, data) for i, data in enumerate(contents)]))
     status.see(packets)

@@ -23,14 +23,24 @@ def listening_to(addresses: Mapping[str, str]) -> str:
     return "Listening to " + ", ".join(f"{name} at {where}" for name, where in addresses.items())
 
 
-def addressed(known: Sequence[Stream], group: str | None, at: tuple[str, ...]) -> tuple[Stream, ...]:
+def addressed(
+    known: Sequence[Stream], group: str | None, at: tuple[str, ...], on_demand: Sequence[Stream] = (),
+) -> tuple[Stream, ...]:
     """Streams at addresses that people named.
+
+    Args:
+        known: streams that have addresses.
+        group: address of all of them instead of their own; None for those.
+        at: addresses of single streams, ``STREAM=ADDRESS:PORT``.
+        on_demand: streams that are listened to only if they are in ``at``.
 
     Raises:
         BadSettings: if there is no such stream, or an address cannot be read.
     """
     streams = {stream.name: stream if group is None else stream._replace(group=group)
                for stream in known}
+    named = {word.partition("=")[0] for word in at}
+    streams |= {stream.name: stream for stream in on_demand if stream.name in named}
     for word in at:
         name, _, where = word.partition("=")
         address, _, port = where.rpartition(":")

@@ -12,7 +12,7 @@ from cyclopts.types import PositiveFloat
 from pitchlore.flows.commands.addresses import At, Interface, addressed, listening_to
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
 from pitchlore.flows.commands.printing import console, print_json, say
-from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, ON_DEMAND, OPTIONS, LeagueName, Stream
 from pitchlore.pipeline.sessions.showing import Showing
 from pitchlore.pipeline.sessions.watching import Watched, watch
 
@@ -31,7 +31,8 @@ def watch_match(
     """Record the match that is being played, as its packets arrive, until Ctrl-C; `run` takes the recording.
 
     A line says each second how many frames came, how many were lost, the score and the clock. If the process
-    is killed, all but its last half second is kept.
+    is killed, all but its last half second is kept. A VSSS team may tell what its robots do, by
+    --at options=ADDRESS:PORT.
 
     Args:
         league: ssl (vision, tracker, game controller) or vsss (FIRASim, VSSReferee).
@@ -43,7 +44,7 @@ def watch_match(
         json: Print JSON.
         common: Options of every command.
     """
-    streams = addressed(LEAGUES[league], group, at)
+    streams = addressed(LEAGUES[league], group, at, ON_DEMAND[league])
     lines = sys.stderr.isatty()
 
     def status(line: str) -> None:
@@ -59,7 +60,8 @@ def watch_match(
         sys.stderr.write("\n")
     if json:
         print_json({"file": None if found.file is None else str(found.file), "packets": found.packets,
-                    "frames_lost": found.frames_lost, "seconds": round(found.seconds, 1),
+                    "options": found.options, "frames_lost": found.frames_lost,
+                    "seconds": round(found.seconds, 1),
                     "refused": [{"stream": stream, "why": why, "packets": count}
                                 for (stream, why), count in sorted(found.refused.items())]})
     else:
@@ -72,9 +74,11 @@ def _print(found: Watched, streams: tuple[Stream, ...]) -> None:
     for (stream, why), count in sorted(found.refused.items()):
         out.print(f"Left out: {count} packets to {stream} ({why})")
     if found.file is None:
-        where = ", ".join(f"{stream.group}:{stream.port}" for stream in streams)
+        of_match = [stream for stream in streams if stream.name != OPTIONS.name]
+        where = ", ".join(f"{stream.group}:{stream.port}" for stream in of_match)
         out.print(f"No packet came to {where}. Is this computer in the match's network? "
                   "--interface names the network card.", soft_wrap=True)
     else:
-        out.print(f"{found.packets} packets in {found.seconds:.0f} s, {found.frames_lost} frames lost. "
+        told = f" and {found.options} options" if found.options else ""
+        out.print(f"{found.packets} packets{told} in {found.seconds:.0f} s, {found.frames_lost} frames lost. "
                   f"Kept in {found.file}; `pitchlore run` takes it.", soft_wrap=True)

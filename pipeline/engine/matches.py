@@ -305,6 +305,7 @@ def made(match: MatchLog, data: Content | None = None) -> Made:
             "score": {side: row[f"score_{side}"][0] for side in SIDES},
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
             **({"heights": len(match.heights.t_ns)} if len(match.heights.t_ns) else {}),
+            **({"options": len(match.options)} if len(match.options) else {}),
         },
     )
 

@@ -108,14 +108,15 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
 
 def _options(inputs: Inputs, settings: OptionSettings) -> Made:
     from pitchlore.pipeline.stages.options.likelihood import shipped_ratios  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.stages.options.recover import options  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.options.recover import logged_options, options  # noqa: PLC0415 (see above)
 
     if not settings.recover:
         return Made([(Options.empty(), Options), (Clues.empty(), Clues)], details={"options": 0})
-    decided = inputs.details("matches").get("decisions") != 0
+    held = inputs.details("matches")
+    log = inputs.log() if held.get("decisions") != 0 or "options" in held else None
     found, clues = options(
         inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(),
-        inputs.log().decisions if decided else None)
+        None if log is None else logged_options(log.decisions, log.options))
     return Made([(found, Options), (clues, Clues)], details={"options": found.height})
 
 

@@ -66,7 +66,7 @@ class Reader:
 READERS: tuple[Reader, ...] = (
     Reader(
         "tracking-parquet", "tracking table in Parquet",
-        "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
+        "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, option, segment, "
         "score_home, score_away, game_state`, or one row per sample: `frame, t, x_ball, y_ball, x_blue0, "
         "y_blue0, …`; a map allows other names, units, axes and teams",
         parquet_file.detects, parquet_file.read,

@@ -15,7 +15,8 @@ import numpy as np
 
 from pitchlore.pipeline.importers.packets import vsss
 from pitchlore.pipeline.importers.packets.recorder import Packet
-from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, ON_DEMAND, LeagueName
+from pitchlore.pipeline.importers.packets.told import told_option
 from pitchlore.pipeline.importers.ssl_logs import fields as f
 from pitchlore.pipeline.importers.ssl_logs.wire import FIXED64, SPAN, VARINT, Fields, fields, texts
 from pitchlore.pipeline.live.sockets import Received
@@ -48,7 +49,7 @@ class Screen:
     """
 
     def __init__(self, league: LeagueName) -> None:
-        self._streams = {stream.channel: stream.name for stream in LEAGUES[league]}
+        self._streams = {stream.channel: stream.name for stream in (*LEAGUES[league], *ON_DEMAND[league])}
         self._tells = _TELLS[league]
         self._rates: dict[tuple[int, tuple[str, int]], _Rate] = {}
         self._senders: dict[tuple[int, object], tuple[tuple[str, int], int]] = {}
@@ -202,7 +203,14 @@ def _vss_referee(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object
     return vsss.are_commands(data, start, end), [None] * len(start)
 
 
+def _told(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
+    """Options of robots: each robot's has one sender."""
+    told = [told_option(data[a:b].tobytes()) for a, b in zip(start.tolist(), end.tolist(), strict=True)]
+    return (np.array([one is not None for one in told], np.bool_),
+            [None if one is None else (one.team, one.robot) for one in told])
+
+
 _TELLS: dict[LeagueName, dict[str, Tells]] = {
     "ssl": {"vision": _vision, "vision-2010": _vision, "tracker": _tracker, "referee": _referee},
-    "vsss": {"vision": _environment, "referee": _vss_referee},
+    "vsss": {"vision": _environment, "referee": _vss_referee, "options": _told},
 }

@@ -10,7 +10,7 @@ import numpy as np
 
 from pitchlore.pipeline.importers.packets import vsss
 from pitchlore.pipeline.importers.packets.recorder import Packet
-from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
+from pitchlore.pipeline.importers.packets.streams import OPTIONS, LeagueName, channels
 from pitchlore.pipeline.importers.ssl_logs import fields as f
 from pitchlore.pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
 from pitchlore.pipeline.importers.ssl_logs.wire import fields
@@ -72,17 +72,20 @@ class Status:
 
     Attributes:
         frames: frames of all cameras.
-        packets: number of sound packets.
+        packets: number of sound packets of the league.
+        options: number of sound packets with a robot's option, as its team tells it.
     """
 
     def __init__(self, league: LeagueName) -> None:
         self.frames = FrameRate()
-        self.packets = 0
+        self.packets = self.options = 0
         self._teller: Teller = _TELLERS[league](self.frames)
 
     def see(self, packets: Sequence[Packet]) -> None:
         """Take up sound packets, in order of time."""
-        self.packets += len(packets)
+        told = sum(packet.channel == OPTIONS.channel for packet in packets)
+        self.options += told
+        self.packets += len(packets) - told
         if packets:
             self._teller.see(packets)
 
@@ -91,9 +94,10 @@ class Status:
         return self._teller.state()
 
     def line(self, now_ns: int, refused: int) -> str:
-        """Frames a second, losses, what was refused, score and clock."""
+        """Frames a second, losses, what was refused, options that teams told, score and clock."""
         parts = [f"{self.frames.rate(now_ns)} frames/s", f"{self.frames.lost} lost"]
         parts += [f"{refused} refused"] if refused else []
+        parts += [f"{self.options} options"] if self.options else []
         parts += [said] if (said := self._teller.says()) else []
         return ", ".join(parts)
 

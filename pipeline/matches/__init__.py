@@ -12,7 +12,7 @@ mcap_file       finds an MCAP file's parts, and keeps the whole ones
 description     the metadata record: facts and flaws of the match
 channels        the channels and their definitions
 inbox           messages that were read, sorted by topic, as tables
-cdr             payloads: samples, events, decisions, commands and heights to bytes and back
+cdr             payloads: samples, events, decisions, commands, heights, options to bytes and back
 messages        message records in batches: heads and tails
 chunks          chunks: sealed with their indexes, opened and checked
 records         records as bytes: found, walked over, encoded

@@ -1,4 +1,4 @@
-"""CDR payloads of the log's messages: samples, referee events, decisions, commands and heights.
+"""CDR payloads of the log's messages: samples, referee events, decisions, commands, heights and options.
 
 Sources: OMG CDR (XCDR1, little-endian; alignment counts from the end of the four bytes of
 encapsulation), and the definitions in ``schemas/*.msg``.
@@ -10,15 +10,17 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
-from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, Heights
+from pitchlore.pipeline.matches.frame import BALL_DTYPE, OPTION_DTYPE, ROBOT_DTYPE, Frames, Heights
 from pitchlore.pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
 from pitchlore.pipeline.numbers.arrays import I64, Bools
 from pitchlore.schemas import ROLES, SIDES, Commands, Decisions, Referee
 from pitchlore.schemas.commands import COMMANDS
 from pitchlore.schemas.decisions import ENDS
 from pitchlore.schemas.matches import EVENTS
+from pitchlore.schemas.options import OPTIONS
 from pitchlore.schemas.table import named
 
 #: The bytes 00 01 00 00: plain CDR, little-endian, no options.
@@ -38,8 +40,9 @@ DECISION_HEAD = np.dtype([
 ])  # fmt: skip
 #: Fixed part: the length word of ``commands``; the tail is _COMMAND_DTYPE [commands].
 COMMANDS_HEAD = np.dtype([*RECORD, ("commands", "<u4")])
-#: The whole message: it has no tail.
+#: Whole messages: these have no tails.
 HEIGHT_HEAD = np.dtype([*RECORD, ("z", "<f4")])
+OPTION_HEAD = np.dtype([*RECORD, ("option", "<i2"), ("robot", "<i2"), ("team", "u1")])
 _COMMAND_DTYPE = np.dtype([("count", "<i4"), ("robot", "<i2"), ("team", "u1"), ("command", "u1")])
 
 
@@ -229,9 +232,7 @@ def unpack_commands(messages: Messages) -> tuple[pl.DataFrame, Bools]:
 
 def pack_heights(heights: Heights, channel: int) -> Messages:
     """Messages of `schemas/BallHeight.msg` of the ball's heights, in order."""
-    heads = _heads(HEIGHT_HEAD, channel, heights.t_ns)
-    heads["z"] = heights.z
-    return Messages(heads, np.empty(0, dtype=np.uint8), np.zeros(len(heads) + 1, dtype=np.int64))
+    return _whole(HEIGHT_HEAD, channel, heights.t_ns, z=heights.z)
 
 
 def unpack_heights(messages: Messages) -> tuple[Heights, Bools]:
@@ -240,3 +241,30 @@ def unpack_heights(messages: Messages) -> tuple[Heights, Bools]:
     kept = messages.heads[mask]
     order = np.argsort(kept["log_time"], kind="stable")
     return Heights(kept["log_time"][order].copy(), kept["z"][order].copy()), mask
+
+
+def pack_options(options: npt.NDArray[np.void], channel: int) -> Messages:
+    """Messages of `schemas/Option.msg` of OPTION_DTYPE [O], in order."""
+    columns = {name: options[name] for name in ("option", "robot", "team")}
+    return _whole(OPTION_HEAD, channel, options["t_ns"], **columns)
+
+
+def unpack_options(messages: Messages) -> tuple[npt.NDArray[np.void], Bools]:
+    """Changes of logged options in order of time, OPTION_DTYPE [O], and a mask of their messages [K]."""
+    heads = messages.heads
+    mask = _addressed(messages) & (messages.tail_bytes() == 0) & np.isin(heads["option"], (0, *OPTIONS))
+    mask &= (heads["team"] < len(SIDES)) & (heads["robot"] >= 0)
+    kept = heads[mask]
+    found = np.empty(len(kept), dtype=OPTION_DTYPE)
+    found["t_ns"] = kept["log_time"]
+    for name in ("option", "robot", "team"):
+        found[name] = kept[name]
+    return found[np.argsort(found["t_ns"], kind="stable")], mask
+
+
+def _whole(head: np.dtype[np.void], channel: int, t_ns: I64, **columns: npt.NDArray[np.generic]) -> Messages:
+    """Messages that have no tails."""
+    heads = _heads(head, channel, t_ns)
+    for name, values in columns.items():
+        heads[name] = values
+    return Messages(heads, np.empty(0, dtype=np.uint8), np.zeros(len(heads) + 1, dtype=np.int64))

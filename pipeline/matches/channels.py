@@ -14,7 +14,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from pitchlore.pipeline.matches import cdr
 
 #: Ids of the log's channels, and of their schemas.
-FRAME, REFEREE, DECISION, COMMAND, HEIGHT = 1, 2, 3, 4, 5
+FRAME, REFEREE, DECISION, COMMAND, HEIGHT, OPTION = 1, 2, 3, 4, 5, 6
 #: The channels of every log; a log declares another one when it has a message on it.
 ALWAYS = (FRAME, REFEREE, DECISION)
 
@@ -34,7 +34,7 @@ class Topic(NamedTuple):
     parts: tuple[str, ...]
     head: np.dtype[np.void]
 
-    @cache  # noqa: B019 - there are five topics
+    @cache  # noqa: B019 - there are six topics
     def definition(self) -> str:
         """Definition with those it refers to, in MCAP's ``ros2msg`` encoding."""
         folder = resources.files("pitchlore.schemas")
@@ -51,6 +51,7 @@ TOPICS = {
     DECISION: Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
     COMMAND: Topic("/command", "Commands", ("Command",), cdr.COMMANDS_HEAD),
     HEIGHT: Topic("/ball_height", "BallHeight", (), cdr.HEIGHT_HEAD),
+    OPTION: Topic("/option", "Option", (), cdr.OPTION_HEAD),
 }
 
 

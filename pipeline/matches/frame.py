@@ -185,6 +185,14 @@ class Heights(NamedTuple):
 #: No height is known.
 NO_HEIGHTS = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
 
+#: What a robot does from ``t_ns`` on, as its team logged it: a code of Table 1, 0 for none; team 0 is home.
+OPTION_DTYPE = np.dtype([("t_ns", "<i8"), ("option", "<i2"), ("robot", "<i2"), ("team", "u1")])
+
+
+def no_options() -> npt.NDArray[np.void]:
+    """No option is logged, OPTION_DTYPE [0]."""
+    return np.empty(0, dtype=OPTION_DTYPE)
+
 
 @dataclass(frozen=True, slots=True)
 class MatchLog:
@@ -198,6 +206,7 @@ class MatchLog:
         quality: rows of schema Quality, the flaws found while reading.
         commands: rows of schema Commands; empty where the source counts none.
         heights: the ball's heights, in order of time; empty where the source gives none.
+        options: OPTION_DTYPE [O], changes of the options that teams logged, in order of time.
     """
 
     info: MatchInfo
@@ -207,6 +216,7 @@ class MatchLog:
     quality: pl.DataFrame = field(default_factory=Quality.empty)
     commands: pl.DataFrame = field(default_factory=Commands.empty)
     heights: Heights = NO_HEIGHTS
+    options: npt.NDArray[np.void] = field(default_factory=no_options)
 
 
 def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from pitchlore.pipeline.matches import cdr
-from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, field_types
-from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Frames, Heights
+from pitchlore.pipeline.matches.channels import (
+    COMMAND,
+    DECISION,
+    FRAME,
+    HEIGHT,
+    OPTION,
+    REFEREE,
+    TOPICS,
+    field_types,
+)
+from pitchlore.pipeline.matches.frame import Frames, Heights
 from pitchlore.pipeline.matches.messages import Collector, Messages, log_times
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, McapRecords
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
 from pitchlore.schemas import Commands, Decisions, Referee, Table
+
+T = TypeVar("T")
 
 
 class Inbox:
@@ -91,12 +104,11 @@ class Inbox:
 
     def heights(self) -> Heights:
         """The ball's heights, in order of time."""
-        messages = self._collectors[HEIGHT].messages()
-        if not len(messages):
-            return NO_HEIGHTS
-        found, sound = cdr.unpack_heights(messages)
-        self._skip(_malformed(HEIGHT), messages.heads["log_time"][~sound])
-        return found
+        return self._values(HEIGHT, cdr.unpack_heights)
+
+    def options(self) -> npt.NDArray[np.void]:
+        """Changes of logged options, OPTION_DTYPE, in order of time."""
+        return self._values(OPTION, cdr.unpack_options)
 
     def skipped(self, where: str) -> list[Flaw]:
         """One flaw for each reason for which messages were left out so far."""
@@ -112,6 +124,12 @@ class Inbox:
         if len(t_ns):
             self._skipped.setdefault(reason, []).append(t_ns)
 
+    def _values(self, topic: int, unpack: Callable[[Messages], tuple[T, Bools]]) -> T:
+        messages = self._collectors[topic].messages()
+        found, sound = unpack(messages)
+        self._skip(_malformed(topic), messages.heads["log_time"][~sound])
+        return found
+
     def _table(
         self,
         topic: int,
@@ -121,11 +139,7 @@ class Inbox:
         *,
         by: tuple[str, ...],
     ) -> pl.DataFrame:
-        messages = self._collectors[topic].messages()
-        if not len(messages):
-            return schema.empty()
-        rows, sound = unpack(messages)
-        self._skip(_malformed(topic), messages.heads["log_time"][~sound])
+        rows = self._values(topic, unpack)
         table = rows.with_columns(match_id=pl.lit(match_id)).select(*schema.dtypes())
         if not schema.holds(table):
             table, failure = schema.filter(table)

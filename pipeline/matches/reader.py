@@ -93,7 +93,7 @@ class _Reading:
         referee = self._inbox.referee(info.match_id)
         decisions = self._inbox.decisions(info.match_id)
         commands = self._inbox.commands(info.match_id)
-        heights = self._inbox.heights()
+        heights, options = self._inbox.heights(), self._inbox.options()
         flaws = [*self._file.flaws, *self._inbox.skipped(self._where)]
         origin = 0
         if foreign:
@@ -105,6 +105,7 @@ class _Reading:
             decisions = decisions.with_columns(pl.col("t_ns", "end_ns") - origin)
             commands = commands.with_columns(pl.col("t_ns") - origin)
             heights = heights._replace(t_ns=heights.t_ns - origin)
+            options["t_ns"] -= origin
         if broken:
             reasons = [info.incomplete_reason] if info.incomplete_reason else []
             reasons += broken[:_REASONS]
@@ -115,4 +116,4 @@ class _Reading:
         if flaws:
             found = quality_table(info.match_id, flaws).with_columns(pl.col("start_ns", "end_ns") - origin)
             quality = pl.concat([carried, found])
-        return MatchLog(info, frames, referee, decisions, quality, commands, heights)
+        return MatchLog(info, frames, referee, decisions, quality, commands, heights, options)

@@ -19,6 +19,7 @@ from pitchlore.pipeline.matches.channels import (
     DECISION,
     FRAME,
     HEIGHT,
+    OPTION,
     REFEREE,
     TOPICS,
     declarations,
@@ -134,8 +135,8 @@ class Recorder:
 def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) -> None:
     """Write a whole match; the same match gives the same bytes.
 
-    Events, decisions, commands and heights are written beside the frames of their time, so that a part of the
-    file is a part of the match.
+    Events, decisions, commands, heights and options are written beside the frames of their time, so that a
+    part of the file is a part of the match.
 
     Args:
         log: the match; its rows of schema Quality are written, too.
@@ -161,6 +162,8 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
         left[COMMAND] = cdr.pack_commands(log.commands, COMMAND)
     if len(log.heights.t_ns):
         left[HEIGHT] = cdr.pack_heights(log.heights, HEIGHT)
+    if len(log.options):
+        left[OPTION] = cdr.pack_options(log.options, OPTION)
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
     for part in log.frames.parts():
         recorder.frames(part)

@@ -29,7 +29,8 @@ class Watched(NamedTuple):
 
     Attributes:
         file: the recording, in the inbox; None if no packet came.
-        packets: number of packets in it.
+        packets: number of packets in it that are of the league.
+        options: number of packets in it with a robot's option, as its team told it.
         frames_lost: frames of vision that were numbered and did not come.
         refused: packets that were left out, by stream and reason.
         seconds: how long it was listened.
@@ -37,6 +38,7 @@ class Watched(NamedTuple):
 
     file: Path | None
     packets: int
+    options: int
     frames_lost: int
     refused: dict[tuple[str, str], int]
     seconds: float
@@ -91,4 +93,5 @@ def watch(
         file = store.moved(path, INBOX) if status.packets else None
         if file is None:
             path.unlink()
-    return Watched(file, status.packets, status.frames.lost, dict(screen.refused), time.monotonic() - began)
+    return Watched(file, status.packets, status.options, status.frames.lost, dict(screen.refused),
+                   time.monotonic() - began)

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.engine.tables import MatchTables
+from pitchlore.pipeline.matches.frame import no_options
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
 from pitchlore.pipeline.stages.options.recover import logged_options
 from pitchlore.schemas import SIDES, Decisions, Options
@@ -30,11 +31,13 @@ class Labels:
     def __init__(self, match: MatchTables) -> None:
         inputs = match.inputs
         self.recovered = bool(inputs.settings("options").get("recover", False))
-        held = inputs.details("matches").get("decisions") != 0
+        held = inputs.details("matches")
         tables = {
             "option": inputs.table("options", Options) if inputs["options"] else Options.empty(),
-            "option.logged": logged_options(match.log.decisions if held else Decisions.empty()).rename(
-                {"t_ns": "start_ns", "over_ns": "end_ns"}).sort("start_ns"),
+            "option.logged": logged_options(
+                match.log.decisions if held.get("decisions") != 0 else Decisions.empty(),
+                match.log.options if "options" in held else no_options(),
+            ).rename({"t_ns": "start_ns", "over_ns": "end_ns"}),
             "situation": match.situations,
         }
         self._rows = {

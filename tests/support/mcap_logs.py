@@ -13,8 +13,16 @@ from mcap_ros2._dynamic import serialize_dynamic
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
-from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pitchlore.pipeline.matches.channels import COMMAND, DECISION, FRAME, OPTION, REFEREE, TOPICS
+from pitchlore.pipeline.matches.frame import (
+    BALL_DTYPE,
+    OPTION_DTYPE,
+    ROBOT_DTYPE,
+    Frames,
+    MatchInfo,
+    MatchLog,
+    Period,
+)
 from pitchlore.schemas import Commands, Decisions, Referee
 from pitchlore.schemas.commands import COMMANDS
 
@@ -71,14 +79,19 @@ def commands_of(count: int) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=Commands.dtypes(), orient="row").sort("team", "robot", "t_ns", "command")
 
 
-def match(counts: list[int] | None = None, *, decisions: int = 20, commands: int = 30) -> MatchLog:
+def options_of(count: int) -> np.ndarray:
+    return np.array([(i // 3 * 10**7, (44, 0, 184)[i % 3], i % 5, i % 2) for i in range(count)], dtype=OPTION_DTYPE)
+
+
+def match(counts: list[int] | None = None, *, decisions: int = 20, commands: int = 30, options: int = 0) -> MatchLog:
     counts = [6, 6, 5, 6, 0, 6, 6, 4] * 8 if counts is None else counts
     referee = referee_of(
         (0, "kick-off", None, None, None, None),
         (5 * 10**8, "goal", "away", 0, 1, "GOAL_BLUE"),
         (10**9, "end", None, 0, 1, None),
     )
-    return MatchLog(INFO, frames_of(counts), referee, decisions_of(decisions), commands=commands_of(commands))
+    return MatchLog(INFO, frames_of(counts), referee, decisions_of(decisions), commands=commands_of(commands),
+                    options=options_of(options))
 
 
 def written(log: MatchLog, **options: int) -> bytes:
@@ -137,6 +150,7 @@ def foreign(
     for (t_ns,), rows in log.commands.sort("t_ns", maintain_order=True).group_by("t_ns", maintain_order=True):
         numbers = rows.with_columns(pl.col("team", "command").to_physical()).drop("match_id", "t_ns")
         events.append((t_ns, COMMAND, {"commands": numbers.to_dicts()}))
+    events += [(int(row["t_ns"]), OPTION, {name: int(row[name]) for name in ("option", "robot", "team")}) for row in log.options]
     for t_ns, i, value in sorted(events, key=lambda event: event[0]):
         writer.add_message(channel[i], t_ns + epoch, encode[i](value), t_ns + epoch)
     writer.finish()

@@ -80,6 +80,7 @@ def same(one: MatchLog, two: MatchLog) -> bool:
         and one.decisions.equals(two.decisions)
         and one.quality.equals(two.quality)
         and one.commands.equals(two.commands)
+        and one.options.tobytes() == two.options.tobytes()
     )
 
 

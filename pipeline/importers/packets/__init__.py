@@ -4,6 +4,7 @@
 streams         what each league sends, and where
 recorder        writes a recording, packet by packet
 recording       reads one, damaged ones included
+told            the options that a team tells of its own robots
 ssl, vsss       read one as a match
 ==============  ==============================================================
 

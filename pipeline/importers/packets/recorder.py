@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import BinaryIO, NamedTuple
 
-from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, Stream, topic
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, ON_DEMAND, LeagueName, Stream, topic
 from pitchlore.pipeline.matches.mcap_writer import McapWriter
 
 #: Library in the header of a recording, by which it is distinguished from other MCAP files.
@@ -45,6 +45,9 @@ class PacketRecorder:
         self._file.describe(METADATA, {LEAGUE: league})
         self._file.declare_plain("protobuf", {
             of.channel: (topic(league, of), _address(of, addresses)) for of in LEAGUES[league]})
+        self._file.declare_plain("json", {
+            of.channel: (topic(league, of), _address(of, addresses)) for of in ON_DEMAND[league]
+            if of.name in addresses})
 
     def record(self, packets: Sequence[Packet]) -> None:
         """Append packets, in the order in which they are to be read."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.importers.packets.recorder import LEAGUE, LIBRARY, METADATA
-from pitchlore.pipeline.importers.packets.streams import LEAGUES, LeagueName, topic
+from pitchlore.pipeline.importers.packets.streams import LEAGUES, ON_DEMAND, LeagueName, topic
 from pitchlore.pipeline.matches.mcap_file import McapFile
 from pitchlore.pipeline.matches.messages import log_times
 from pitchlore.pipeline.matches.quality import Flaw
@@ -72,7 +72,8 @@ class PacketRecording:
 
     def packets(self) -> Iterator[Packets]:
         """Packets of the league's streams, a chunk at a time; call it once, to the end."""
-        known = {topic(self.league, stream): stream.channel for stream in LEAGUES[self.league]}
+        streams = (*LEAGUES[self.league], *ON_DEMAND[self.league])
+        known = {topic(self.league, stream): stream.channel for stream in streams}
         seen = 0
         for content, records in self._file.contents():
             seen += int((records.opcodes == MESSAGE).sum())

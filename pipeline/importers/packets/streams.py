@@ -43,6 +43,11 @@ LEAGUES: dict[LeagueName, tuple[Stream, ...]] = {
 }
 assert set(LEAGUES) == set(get_args(LeagueName))
 
+#: What teams tell of their own robots (``told``); it is no stream of a league, and has no address of its own.
+OPTIONS = Stream("options", 100, "127.0.0.1", 0)
+#: Streams that are listened to only where people say.
+ON_DEMAND: dict[LeagueName, tuple[Stream, ...]] = {"ssl": (), "vsss": (OPTIONS,)}
+
 #: Largest content of a UDP packet over IPv4, bytes.
 LARGEST = 65_507
 

@@ -1,4 +1,4 @@
-"""Recordings of VSSS packets: FIRASim's vision and VSSReferee's commands, read as a tracking table.
+"""Recordings of VSSS packets (FIRASim's vision, VSSReferee's commands, teams' options) as tracking tables.
 
 Field numbers are facts, from the descriptors of the Python packages vsss-client 0.1.3 (MIT) and rsoccer-gym
 1.4, which agree, and from VSSSLeague/VSSReferee (``include/protobuf/vssreferee/vssref_command.proto`` at
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from datetime import UTC, datetime
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,8 @@ import polars as pl
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.packets.recording import PacketRecording
-from pitchlore.pipeline.importers.packets.streams import channels
+from pitchlore.pipeline.importers.packets.streams import OPTIONS, channels
+from pitchlore.pipeline.importers.packets.told import ToldOption, told_option
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
@@ -162,13 +164,17 @@ def _table(
     """The recording as a tracking table of the plain form, its pitch, packets lost, when it began."""
     channel = channels("vsss")
     parts, times, said, lost = [], [], list[RefereeCommand](), 0
+    told = list[tuple[int, ToldOption | None]]()
     for packets in PacketRecording(source.content, source.name).packets():
         seen = packets.channel == channel["vision"]
         found = environments(packets.data, packets.start[seen], packets.end[seen])
         parts.append(found)
         times.append(packets.t_ns[seen][found.sound])
-        more, broken = commands(packets.data, packets.t_ns[~seen], packets.start[~seen], packets.end[~seen])
+        heard = packets.channel == channel["referee"]
+        more, broken = commands(packets.data, packets.t_ns[heard], packets.start[heard], packets.end[heard])
         said += more
+        told += [(int(packets.t_ns[i]), told_option(packets.data[packets.start[i]:packets.end[i]].tobytes()))
+                 for i in np.flatnonzero(packets.channel == OPTIONS.channel)]
         lost += int((~found.sound).sum()) + broken
         if sum(map(len, times)) > source.limits.rows:
             raise source.too_much(f"more than {source.limits.rows} frames", "rows")
@@ -179,17 +185,38 @@ def _table(
     counts = np.concatenate([np.diff(part.offsets) for part in parts])
     bodies = np.concatenate([part.bodies for part in parts])
     of = np.repeat(np.arange(len(t_ns)), counts)
+    options = [(at, option) for at, option in told if option is not None]
+    lost += len(told) - len(options)
     team = bodies[:, TEAM].astype(np.int64)
     table = pl.DataFrame({
         "frame": of, "t": (t_ns[of] - t_ns[0]) / 1e9, "team": np.array(_TEAMS)[team],
         "player": bodies[:, ID], "x": bodies[:, X], "y": bodies[:, Y], "heading": bodies[:, THETA],
-        **_score(frames, of, blue_is_home=blue_is_home),
+        **_options(options, t_ns[of], bodies), **_score(frames, of, blue_is_home=blue_is_home),
         "game_state": pl.Series(_states(said, t_ns), dtype=pl.String).gather(of),
     }).with_columns(
         player=pl.when(pl.col("team") != "ball").then(pl.col("player").cast(pl.Int64)),
         heading=pl.col("heading").fill_nan(None),
     )
     return table, _pitch(frames), lost, datetime.fromtimestamp(int(t_ns[0]) / 1e9, tz=UTC)
+
+
+def _options(told: list[tuple[int, ToldOption]], t_ns: I64, bodies: F64) -> dict[str, pl.Series]:
+    """Column of what teams told last of each body before its frame, if they told anything.
+
+    Args:
+        told: options and their times.
+        t_ns: int64 [D], time of each body's frame.
+        bodies: float64 [D, 8].
+    """
+    codes = np.zeros(len(t_ns), dtype=np.int64)
+    for team, robot in {(option.team, option.robot) for _, option in told}:
+        mine = sorted(
+            ((at, option.option or 0) for at, option in told if (option.team, option.robot) == (team, robot)),
+            key=itemgetter(0))
+        rows = (bodies[:, TEAM] == _TEAMS.index(team)) & (bodies[:, ID] == robot)
+        latest = np.searchsorted([at for at, _ in mine], t_ns[rows], side="right")
+        codes[rows] = np.array([0, *(code for _, code in mine)])[latest]
+    return {"option": pl.Series(codes).replace(0, None)} if told else {}
 
 
 def _score(frames: F64, of: I64, *, blue_is_home: bool) -> dict[str, pl.Series]:

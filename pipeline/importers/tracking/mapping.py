@@ -25,7 +25,8 @@ Column = str | Annotated[int, Field(ge=1)]
 class Columns(_Map):
     """The file's names or numbers of our columns. A column that the map names must be in the file.
 
-    ``vx`` and ``vy`` are lengths per second, ``omega`` is an angle per second in the sense of the heading.
+    ``vx`` and ``vy`` are lengths per second, ``omega`` is an angle per second in the sense of the heading,
+    ``option`` is what the robot's team logged that it does, a code of Table 1; empty where it logged nothing.
     """
 
     frame: Column = "frame"
@@ -39,6 +40,7 @@ class Columns(_Map):
     vx: Column = "vx"
     vy: Column = "vy"
     omega: Column = "omega"
+    option: Column = "option"
     score_home: Column = "score_home"
     score_away: Column = "score_away"
     game_state: Column = "game_state"
@@ -53,6 +55,7 @@ class BodyColumns(_Map):
     vx: Column | None = None
     vy: Column | None = None
     omega: Column | None = None
+    option: Column | None = None
 
 
 class Units(_Map):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
@@ -21,10 +22,11 @@ from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitc
 from pitchlore.pipeline.importers.tracking.mapping import TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import scoring
 from pitchlore.pipeline.importers.tracking.states import Course, half_times, referee_events, words_of
-from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
+from pitchlore.pipeline.matches.frame import OPTION_DTYPE, Frames, MatchInfo, MatchLog, no_options, wrap
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 from pitchlore.schemas import SIDES
+from pitchlore.schemas.options import OPTIONS
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 #: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.
@@ -39,6 +41,8 @@ _SLOW_NS = 1_000_000_000
 _SLOW_FROM = 100
 #: The next finer unit of time.
 _FINER = {"s": "ms", "ms": "us", "us": "ns"}
+#: Values that are no options that are shown.
+_SHOWN = 8
 #: Name of a team that has no rows and that the map does not name.
 _NOT_RECORDED = "(not recorded)"
 
@@ -52,7 +56,7 @@ def match_of(
     The plain form, which is read without a map, has the columns ``frame``, ``t`` (seconds),
     ``team`` (a name, or 'ball'), ``player`` (null for the ball), ``x``, ``y`` (metres from the
     centre, y up) and optionally ``segment``, ``heading`` (radians counter-clockwise, null where
-    unknown), ``score_home``, ``score_away`` and ``game_state``. Sampling, duplicated frames and
+    unknown), ``option``, ``score_home``, ``score_away`` and ``game_state``. Sampling, duplicated frames and
     reordered frames stay as recorded; only a table that is wholly in falling order of time is reversed.
     A table may lack one of the teams if a map names the other.
 
@@ -108,7 +112,8 @@ def match_of(
         course, said, CENTRE * pitch.length, source, reported.found, by_ball=reported.origin == "ball"
     )
     flaws += reported.flaws
-    flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown + inferred
+    options, none = _options(rows, name)
+    flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + none + unknown + inferred
     incomplete = source.damage or cut
     if source.damage is not None:
         flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
@@ -121,7 +126,7 @@ def match_of(
     )
     return MatchLog(
         info=info, frames=frames, referee=referee(source.match_id, events),
-        quality=quality_table(source.match_id, flaws),
+        quality=quality_table(source.match_id, flaws), options=options,
     )
 
 
@@ -327,6 +332,34 @@ def _not_numbers(rows: _Rows) -> list[Flaw]:
             for side, robot, count, start, end in found.sort("side", "id").iter_rows()
         ]
     return flaws
+
+
+def _options(rows: _Rows, name: str) -> tuple[npt.NDArray[np.void], list[Flaw]]:
+    """Changes of the options that teams logged, OPTION_DTYPE, and the flaw of values that are no options.
+
+    Raises:
+        BadRecording: if a column for options has no option.
+    """
+    if "option" not in rows.table.columns:
+        return no_options(), []
+    robots = rows.table.select("t_ns", "option", robot="id", team=pl.Series(rows.team)).filter(
+        pl.col("team") < 2).sort("t_ns", maintain_order=True)
+    known = pl.Series(np.isin(robots["option"].to_numpy(), OPTIONS))
+    wrong = robots["option"].filter(~known & robots["option"].is_not_null())
+    flaws = list[Flaw]()
+    if len(wrong):
+        said = ", ".join(f"{value:g}" for value in wrong.unique().sort()[:_SHOWN]).replace("nan", "words")
+        what = f"column option has {said}, which a robot cannot do on purpose"
+        if not known.any():
+            raise BadRecording(what, where=name, next_step=(
+                f"Write codes of Table 1 ({', '.join(map(str, OPTIONS))}), or rename the column"))
+        flaws = [Flaw("skipped", f"{what}: taken for not logged", len(wrong))]
+    robots = robots.with_columns(option=robots["option"].set(~known, 0).fill_null(0).cast(pl.Int16))
+    changes = robots.filter(pl.col("option") != pl.col("option").shift(fill_value=0).over("team", "robot"))
+    found = np.empty(len(changes), dtype=OPTION_DTYPE)
+    for column in changes:
+        found[column.name] = column.to_numpy()
+    return found, flaws
 
 
 def _frames(rows: _Rows) -> Frames:

@@ -21,6 +21,7 @@ WORDS_OF = {
     "vx": "vx velx xvel velocityx velocidadex",
     "vy": "vy vely yvel velocityy velocidadey",
     "omega": "omega w vw vtheta angularvelocity velocidadeangular",
+    "option": "option opcao",
     "score_home": "scorehome homescore goalshome golscasa placarcasa",
     "score_away": "scoreaway awayscore goalsaway golsfora placarfora",
     "game_state": "gamestate state playmode command referee estado estadojogo comando arbitro",

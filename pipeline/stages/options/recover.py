@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from pitchlore.pipeline.game.pitch import SCALES, Kind, Pitch
@@ -26,12 +27,13 @@ from pitchlore.schemas.sights import SIGHT
 #: Cells of what is seen within a role: the ball's distance, whether the robot is behind it, the third of the
 #: pitch that it is in, whether a team-mate is nearer.
 _CELLS = (4, 2, 3, 2)
+_NEVER = (1 << 63) - 1
 _SIGHTS = {name: place for place, name in enumerate(SIGHT)}
 
 
 def options(
     trajectories: pl.DataFrame, pitch: Pitch, settings: OptionSettings, trees: Trees,
-    decisions: pl.DataFrame | None = None,
+    logged: pl.DataFrame | None = None,
 ) -> tuple[pl.DataFrame, pl.DataFrame]:  # fmt: skip
     """Recover the options of a match's robots from their poses.
 
@@ -42,7 +44,8 @@ def options(
         pitch: pitch of the match.
         settings: windows, robots and habits.
         trees: the ratios, :func:`pipeline.stages.options.likelihood.shipped_ratios`.
-        decisions: rows of schema Decisions that the log holds: only the column ``logged`` is from them.
+        logged: options that teams logged themselves (:func:`logged_options`): only the column ``logged`` is
+            from it.
 
     Returns:
         Rows of schema Options and of schema Clues.
@@ -60,7 +63,7 @@ def options(
         clues.append(shared.with_columns(
             pl.Series("sight", own.sight).arr.eval(pl.element().fill_nan(None)), ratios=pl.Series(ratios),
         ).select(list(Clues.dtypes())).cast(pl.Schema(Clues.dtypes())))
-        known = _logged(shared, decisions)
+        known = _logged(shared, logged)
         both = numbers, match.numbers[1 - team]
         rows.append(_joined(known, own, ratios, both, team, pitch, settings))
     return pl.concat(rows), pl.concat(clues)
@@ -106,26 +109,30 @@ def _columns(match_id: str, match: Bodies, own: OptionWindows, team: int) -> pl.
     }).with_columns(match_id=pl.lit(match_id), team=pl.lit(SIDES[team], dtype=pl.Enum(SIDES)))
 
 
-def logged_options(decisions: pl.DataFrame) -> pl.DataFrame:
-    """Options that teams logged themselves: team, robot, t_ns, over_ns and logged, in the order of the rows.
+def logged_options(decisions: pl.DataFrame, changes: npt.NDArray[np.void]) -> pl.DataFrame:
+    """Options that teams logged themselves: team, robot, t_ns, over_ns and logged, in the order of t_ns.
 
     Args:
-        decisions: rows of schema Decisions. A behaviour of several codes does not say when it goes on to the
-            next: ``logged`` is null there.
+        decisions: rows of schema Decisions: they count for a team that logged no changes. A behaviour of
+            several codes does not say when it goes on to the next: ``logged`` is null there.
+        changes: OPTION_DTYPE [O], changes of options (``MatchLog.options``). The last of a robot never ends.
     """
     codes = pl.col("behaviour_id").str.split("-").list
-    return decisions.filter("chosen").select(
+    chosen = decisions.filter("chosen").select(
         pl.col("team").cast(pl.Enum(SIDES)), pl.col("robot").cast(pl.Int16), "t_ns", over_ns="end_ns",
-        logged=pl.when(codes.len() == 2).then(codes.last()).cast(pl.Int16),
-    )
+        logged=pl.when(codes.len() == 2).then(codes.last()).cast(pl.Int16))
+    told = pl.DataFrame(changes).select(
+        pl.col("team").replace_strict(dict(enumerate(SIDES)), return_dtype=pl.Enum(SIDES)), "robot", "t_ns",
+        over_ns=pl.col("t_ns").shift(-1, fill_value=_NEVER).over("team", "robot"),
+        logged=pl.col("option").replace(0, None))
+    return pl.concat([told, chosen.join(told, on="team", how="anti")]).sort("t_ns", maintain_order=True)
 
 
-def _logged(shared: pl.DataFrame, decisions: pl.DataFrame | None) -> pl.DataFrame:
-    """The windows with ``logged``: the code of the decision that the team logged for the window's middle."""
+def _logged(shared: pl.DataFrame, made: pl.DataFrame | None) -> pl.DataFrame:
+    """The windows with ``logged``: the code that the team logged for the window's middle."""
     middle = ((pl.col("start_ns") + pl.col("end_ns")) // 2).alias("middle")
-    if decisions is None or decisions.is_empty():
+    if made is None or made.is_empty():
         return shared.with_columns(logged=pl.lit(None, dtype=pl.Int16))
-    made = logged_options(decisions).sort("t_ns")
     found = shared.with_columns(middle).with_row_index("window").sort("middle").join_asof(
         made, left_on="middle", right_on="t_ns", by=["team", "robot"], check_sortedness=False).sort("window")
     return found.with_columns(

@@ -18,8 +18,9 @@ def tracking_table(content: ExportedMatch) -> pl.DataFrame:
 
     Returns:
         Columns ``frame``, ``t`` (s), ``team`` (the team's name, or ball), ``player``, ``x``, ``y`` (m),
-        ``heading`` (rad), ``z`` (m, the ball's height, only where one is known), ``game_state`` and, where
-        one is known, ``score_home`` and ``score_away``. The state names an event on the first sample from its
+        ``heading`` (rad), ``z`` (m, the ball's height, only where one is known), ``option`` (a code of
+        Table 1, only where a team logged one), ``game_state`` and, where one is known, ``score_home`` and
+        ``score_away``. The state names an event on the first sample from its
         time on, ``kick-off_home``, ``free-kick_away`` or ``goal_away+stop``, else it is play or stop.
     """
     log = content.log
@@ -30,6 +31,12 @@ def tracking_table(content: ExportedMatch) -> pl.DataFrame:
     out = bodies.join(scores.with_columns(game_state=states).with_row_index("sample").cast(
         {"sample": pl.Int64}), on="sample", how="left", maintain_order="left")
     high = ["z"] if out["z"].null_count() < len(out) else []
+    told = pl.DataFrame(log.options).select(
+        pl.col("team").replace_strict(dict(enumerate(SIDES)), return_dtype=pl.String), "t_ns",
+        pl.col("option").replace(0, None), player=pl.col("robot").cast(pl.Int32))
+    if len(told):
+        out = out.join_asof(told, on="t_ns", by=["team", "player"], check_sortedness=False)
+        high.append("option")
     return out.select(
         "frame", pl.col("t_ns").truediv(1e9).alias("t"),
         pl.col("team").replace_strict(names, return_dtype=pl.String), "player", "x", "y", *high, "heading",
