@@ -22,7 +22,7 @@ from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.trees import logits, trees_of
 from pitchlore.pipeline.settings import AppraisalSettings, HabitSettings
 from pitchlore.pipeline.stages.options.of_team import habits, team_habits
-from pitchlore.pipeline.stages.options.runs import as_done
+from pitchlore.pipeline.stages.options.runs import as_done, as_logged
 from pitchlore.pipeline.stages.policies.appraise import fit_action_values
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store import Store
@@ -207,6 +207,19 @@ def test_runs_of_options():
     done = as_done(Options.of(rows))
     assert done.select("code", "start_ns", "end_ns", "segment").rows() == [(44, 0, 4, 0), (88, 4, 6, 0), (88, 6, 8, 1), (88, 9, 11, 1)]
     assert done["role"][0] == "striker"
+
+
+def test_what_is_logged_is_known():
+    """An option that the team logged is beyond doubt, whatever the motion says; other codes and windows are not."""
+    table, _ = watched(4)
+    rows = [{"match_id": "match-0", "team": "home", "robot": 1, "role": "striker", "start_ns": start, "end_ns": end,
+             "option": 44, "probability": 0.5, "target": "ball", "logged": logged, "segment": 0}
+            for start, end, logged in ((0, 300_000_000, 88), (300_000_000, 500_000_000, 194), (600_000_000, 700_000_000, None))]
+    options = Options.of(rows)
+    known = as_logged(table, options)["ratios"].to_numpy()
+    assert known[:2].argmax(axis=1).tolist() == [OPTIONS.index(88)] * 2
+    assert (known[2:] == table["ratios"].to_numpy()[2:]).all()
+    assert as_done(options)["code"].to_list() == [88, 44, 44]
 
 
 def test_habits_count():

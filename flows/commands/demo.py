@@ -33,7 +33,7 @@ from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.face.versions import Knowledge
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
-from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.settings import OptionSettings, Settings
 from pitchlore.pipeline.stages.seasons.settings import Season, named_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
@@ -92,7 +92,8 @@ def _work(store: Store, recordings: Sequence[Path]) -> tuple[list[str], Season]:
 def _imitate(store: Store, team: str) -> None:
     """Rebuild a team from the poses of its matches."""
     work = work_of(store, team)
-    _learn(work.store, settings_of(Settings(), team), work.recordings)
+    motion_alone = Settings(options=OptionSettings(logged=False))
+    _learn(work.store, settings_of(motion_alone, team), work.recordings)
 
 
 def _learn(store: Store, settings: Settings, recordings: list[Recording] | None = None) -> None:

@@ -70,12 +70,15 @@ def of_version(
         parent: the noun of the parent in ``inputs``.
     """
     from pitchlore.pipeline.stages.options.of_team import team_habits  # noqa: PLC0415 (see pipeline.engine.stages)
+    from pitchlore.pipeline.stages.options.runs import as_logged  # noqa: PLC0415 (see pipeline.engine.stages)
 
     if team is not None and inputs["options"]:
         mine, clues = sides_of(team, sides), [Clues.empty()]
         of_match = max(settings.windows_at_most // len(inputs["options"]), 1)
-        for table in inputs.tables("options", Clues):
-            own = table.join(mine, on=("match_id", "team"), how="semi", maintain_order="left")
+        matches = zip(inputs.tables("options", Clues), inputs.tables("options", Options), strict=True)
+        for table, options in matches:
+            told = as_logged(table, options)
+            own = told.join(mine, on=("match_id", "team"), how="semi", maintain_order="left")
             clues.append(own.gather_every(max(-(-own.height // of_match), 1)))
         learned = pl.concat(clues).drop_nulls("role")
         habits, trees = team_habits(learned, team, settings, inputs.version)

@@ -113,7 +113,8 @@ def _options(inputs: Inputs, settings: OptionSettings) -> Made:
     if not settings.recover:
         return Made([(Options.empty(), Options), (Clues.empty(), Clues)], details={"options": 0})
     held = inputs.details("matches")
-    log = inputs.log() if held.get("decisions") != 0 or "options" in held else None
+    told = settings.logged and (held.get("decisions") != 0 or "options" in held)
+    log = inputs.log() if told else None
     found, clues = options(
         inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(),
         None if log is None else logged_options(log.decisions, log.options))
