@@ -239,6 +239,7 @@ study-options: $(READY)  ## ratios and classes of options, and what is recovered
 
 from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour, and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/study.py
+	$(BIN)/python data/studies/options/motion.py
 
 rebuilt: $(READY)  ## copies as stand-ins for their originals (half an hour, after from-recordings; and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/rebuilt.py

@@ -1,22 +1,59 @@
-"""The study of teams from recordings runs: copies, controls, one table; what was done is not done again."""
+"""The study of teams from recordings runs: copies, controls, wheels, two tables; what was done is kept."""
 
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from from_recordings import rebuilt, study
+from from_recordings import rebuilt, study, wheels
+from options import motion, rolling
+
+from pitchlore.pipeline.game.pitch import Kind, Pitch
+from pitchlore.pipeline.settings import OptionSettings
+from pitchlore.pipeline.stages.options.windows import Bodies
+
+PITCH = Pitch(kind=Kind.VSSS, length=1.5, width=1.3, goal_width=0.4)
 
 
-def test_table(tmp_path, monkeypatch):
-    """A constant team is recorded; what is learned from it, and its controls, play static."""
+def test_tables(tmp_path, monkeypatch):
+    """A constant team is copied; copies and controls play static; the motion of its robots is foretold."""
     monkeypatch.setattr(study, "workers", lambda: ThreadPoolExecutor(1))
-    small = study.Study(tmp_path / "data", recorded=(1,), pairs=2, seconds=20.0)
+    small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=20.0)
     table = study.main(small, tmp_path, teams=("best-constant",))
     assert table["team"].to_list() == [
-        "itself", "copy", "copy, noisy camera", "recognised codes, Sarsa", "copy, clues shuffled"]
-    assert table["recordings"].to_list() == [0, 1, 1, 1, 1]
+        "itself", "copy", "copy, noisy camera", "recognised codes, Sarsa", "copy, clues shuffled",
+        "copy, options known", "copy, options known, and V", "wheel clone"]
+    assert table["recordings"].to_list() == [0, *[2] * 7]
     assert table["matches"].unique().to_list() == [4]
     assert study.main(small, tmp_path, teams=("best-constant",)).equals(table)
+    ahead = motion.main(small, tmp_path / "motion.csv", ("best-constant",), count=1, foretell=1, sample=None)
+    assert ahead["by"].n_unique() == 6
+    assert ahead["by"].len() == 18
+    of_way = ahead.pivot("seconds", index="by", values="cm")
+    assert (of_way["0.1"] < of_way["0.5"]).all()
+
+
+def test_wheels_are_told_from_motion(tmp_path):
+    """A rim that follows has its command's speed; of one that changes as fast as it can the side is known."""
+    settings, frames, rng = OptionSettings(), 900, np.random.default_rng(0)
+    ahead, turn = (np.repeat(rng.uniform(-most, most, frames // 30), 30) for most in (0.6, 0.1))
+    told = np.column_stack([ahead - turn, ahead + turn])
+    view, rims, places = np.zeros((3, 6)), np.zeros(2), np.zeros((frames, 3, 6))
+    view[2] = 9.0  # far away
+    for frame in range(frames):
+        places[frame] = view
+        rolling.go_on(view, 1, rims, told[max(frame - 1, 0)], 0.1, settings.axle, 1 / 60)
+    t_ns, play = (np.arange(frames) * 1e9 / 60).astype(np.int64), np.zeros(frames, dtype=np.int64)
+    found = wheels.samples(Bodies(t_ns, play, places, ((1,), (1,))), 0, PITCH, settings)
+    whole, mirrored = (
+        wheels.Samples(*each) for each in zip(*(np.split(column, 2) for column in found), strict=True))
+    was, side = told[:len(whole.rims) * wheels.EVERY:wheels.EVERY], whole.beyond
+    assert 0.7 < (side == 0.0).mean() < 0.9
+    assert np.abs(whole.rims - was)[side == 0.0].max() < 2e-3
+    assert ((was - whole.rims) * side)[side != 0.0].min() > -0.1
+    assert np.allclose(mirrored.rims, whole.rims[:, ::-1])
+    clone = wheels.fit(found, hidden=(16,), passes=1)
+    clone.write(tmp := tmp_path / "clone.npz")
+    assert np.array_equal(wheels.Clone.read(tmp)(found.seen), clone(found.seen))
 
 
 def test_rebuilt(tmp_path, monkeypatch):

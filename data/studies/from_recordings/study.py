@@ -17,11 +17,13 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
+from from_recordings.executed import BETA, clone, decisions_beside, executed, improved
+from from_recordings.wheels import Clone, WheelController, fit, of_recordings
 from harness import ROOT, Parts, going_on, logged, of_pairs, seasons, workers
 from options.dealt import NOISY
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.controllers import Controller, PolicyTables, controllers_of
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
@@ -40,13 +42,17 @@ from pitchlore.schemas import Clues, Decisions, Policies
 #: Seasons whose apprentices are demonstrators, by settings and seed; and scripts that are.
 SEASONS = (("looking-held", 4301), ("looking-all", 4303))
 TEAMS = (*(f"{name}-static-{seed}" for name, seed in SEASONS), "best-constant", "pressing", "static")
+#: Those that log the options that they execute.
+LOGS_OPTIONS = TEAMS[:3]
 #: Numbers of recorded matches; pairs that each team plays against static; seconds of a match; first seeds.
 #: All were written down before any match was played.
 RECORDED, PAIRS, SECONDS, FIRST_RECORDED, FIRST_PLAYED = (5, 10, 30), 25, 480.0, 4_400_000, 4_410_000
 #: The name of a demonstrator in its recordings.
 NAME = "demonstrator"
-#: The word of the team that learned from shuffled clues.
-SHUFFLED = "shuffled"
+#: Words of teams that no data folder has: a policy that is kept as tables, a network that tells wheels.
+TABLES, WHEELS = "tables", "wheels"
+#: Tables of a policy that no data folder has.
+_KEPT = ("policies", "appraisals")
 FOLDER = Path(__file__).parent
 
 
@@ -67,17 +73,26 @@ class Job(NamedTuple):
         return Recipe(home=home, away=away, seed=self.seed, camera=NOISY if self.noisy else CameraSettings(),
                       referee=RefereeSettings(duration_s=self.seconds))
 
+    def live(self, recipe: Recipe) -> tuple[Controller | None, Controller | None]:
+        """The controllers of home and away that are no team's of the arena."""
+        if self.team != WHEELS:
+            return None, None
+        mine = WheelController(Clone.read(Path(self.data)), recipe)
+        return (None, mine) if self.away else (mine, None)
+
     def _entrant(self, policies: dict[str, PolicyTables]) -> TeamSettings:
-        if self.team != SHUFFLED:
+        if self.team == WHEELS:
+            return TeamSettings(kind="remote")
+        if self.team != TABLES:
             return entrant(Store(Path(self.data)), self.team, policies).settings
-        policies[SHUFFLED] = PolicyTables(*(
-            pl.read_parquet(Path(self.data, f"{name}.parquet")) for name in ("policies", "appraisals")))
-        return TeamSettings(kind="learned", policy=SHUFFLED, clock_s=OptionSettings().window_s)
+        policies[TABLES] = PolicyTables(*(
+            pl.read_parquet(Path(self.data, f"{name}.parquet")) for name in _KEPT))
+        return TeamSettings(kind="learned", policy=TABLES, clock_s=OptionSettings().window_s)
 
 
 def recorded(job: Job, path: Path) -> None:
-    """Play a match, and keep its poses and its referee's words; what the team decided is left out."""
-    if path.exists():
+    """Play a match, and keep its poses and its referee's words; what the team decided lies beside them."""
+    if path.exists() and decisions_beside(path).exists():
         return
     policies: dict[str, PolicyTables] = {}
     recipe = job.recipe(policies)
@@ -85,6 +100,7 @@ def recorded(job: Job, path: Path) -> None:
     named = {"away" if job.away else "home": NAME, "home" if job.away else "away": "static"}
     bare = replace(log, decisions=Decisions.empty(), info=log.info.model_copy(update=named))
     path.parent.mkdir(parents=True, exist_ok=True)
+    log.decisions.write_parquet(decisions_beside(path))
     with path.open("wb") as file:
         matches.write(bare, file)
 
@@ -93,7 +109,7 @@ def ahead(job: Job) -> int:
     """Goals that the team was ahead by."""
     policies: dict[str, PolicyTables] = {}
     recipe = job.recipe(policies)
-    match = MatchInPlay(recipe, controllers_of(recipe, policies), logged=False)
+    match = MatchInPlay(recipe, controllers_of(recipe, policies, job.live(recipe)), logged=False)
     while match.advance(4096):
         pass
     home, away = match.score
@@ -128,7 +144,12 @@ class Study(NamedTuple):
             files = [path for _, path in self.recordings(team, False)[:count]]
             usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
             yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, usual)
-        yield "copy, clues shuffled", self.recorded[-1], *self._shuffled(team)
+        most = self.recorded[-1]
+        yield "copy, clues shuffled", most, *self._shuffled(team)
+        if team in LOGS_OPTIONS:
+            for name, beta in (("copy, options known", None), ("copy, options known, and V", BETA)):
+                yield name, most, *self._told(team, beta)
+        yield "wheel clone", most, *self._wheels(team)
 
     def copy(self, team: str, count: int | None = None, *, noisy: bool = False) -> tuple[Path, str]:
         """Data folder and word of a demonstrator's copy from so many recordings (None: all)."""
@@ -146,8 +167,7 @@ class Study(NamedTuple):
 
     def _shuffled(self, team: str) -> tuple[Path, str]:
         """A policy as that of the copy, from clues that were dealt out anew among the windows of a role."""
-        learned, most = self.data / "learned", self.recorded[-1]
-        store, root = Store(learned / f"{team}-copy0-{most}"), learned / f"{team}-shuffled"
+        store, root = self._copy(team), self.data / "learned" / f"{team}-shuffled"
         if not (root / "appraisals.parquet").exists():
             sides = dict(League(store).ask("select match_id, home from matches").iter_rows())
             clues = pl.concat([table_of(store, receipt, Clues).filter(
@@ -155,13 +175,43 @@ class Study(NamedTuple):
                 for receipt in store.receipts("options")])
             dealt = clues.with_columns(pl.col("ratios").shuffle(seed=0).over("role"))
             known = team_habits(dealt, Team(NAME, "vsss"), HabitSettings(), 1)
-            pairs, appraisals = habitual(*known, 1)
-            root.mkdir(parents=True, exist_ok=True)
-            Policies.of([row | {"version": 1, "knowledge_version": 1, "q": row["value"], "visits": 0,
-                                "evidence": 0.0} for row in pairs.drop("initial").iter_rows(named=True)],
-                        ).write_parquet(root / "policies.parquet")
-            appraisals.write_parquet(root / "appraisals.parquet")
-        return root, SHUFFLED
+            keep(*habitual(*known, 1), root)
+        return root, TABLES
+
+    def _told(self, team: str, beta: float | None) -> tuple[Path, str]:
+        """A policy as that of the copy, told what was executed; with ``beta`` improved by V."""
+        plain = self.data / "learned" / f"{team}-told"
+        root = plain if beta is None else plain.with_name(f"{plain.name}-{beta}")
+        if not (root / "appraisals.parquet").exists():
+            done = executed(self._copy(team), [path for _, path in self.recordings(team, False)])
+            if beta is None:
+                keep(*clone(done), root)
+            else:
+                policies, appraisals = (pl.read_parquet(plain / f"{name}.parquet") for name in _KEPT)
+                keep(policies, improved(done, policies, appraisals, beta), root)
+        return root, TABLES
+
+    def _wheels(self, team: str) -> tuple[Path, str]:
+        """The wheel clone of a demonstrator."""
+        path = self.data / "learned" / f"{team}-wheels.npz"
+        if not path.exists():
+            files = [path for _, path in self.recordings(team, False)]
+            fit(of_recordings(files, NAME, OptionSettings())).write(path)
+        return path, WHEELS
+
+    def _copy(self, team: str) -> Store:
+        """The data folder of the copy of most recordings."""
+        return Store(self.data / "learned" / f"{team}-copy0-{self.recorded[-1]}")
+
+
+def keep(pairs: pl.DataFrame, appraisals: pl.DataFrame, root: Path) -> None:
+    """Keep a policy as its tables, from pairs with their values or from rows of schema Policies."""
+    root.mkdir(parents=True, exist_ok=True)
+    if "value" in pairs.columns:
+        pairs = Policies.of([row | {"version": 1, "knowledge_version": 1, "q": row["value"], "visits": 0,
+                                    "evidence": 0.0} for row in pairs.drop("initial").iter_rows(named=True)])
+    for name, table in zip(_KEPT, (pairs, appraisals), strict=True):
+        table.write_parquet(root / f"{name}.parquet")
 
 
 def row(
