@@ -2,9 +2,11 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
+import harness
 import numpy as np
+import polars as pl
 import pytest
-from from_recordings import rebuilt, study, wheels
+from from_recordings import gain, rebuilt, study, wheels
 from options import motion, rolling
 
 from pitchlore.pipeline.game.pitch import Kind, Pitch
@@ -30,6 +32,19 @@ def test_tables(tmp_path, monkeypatch):
     assert ahead["by"].len() == 18
     of_way = ahead.pivot("seconds", index="by", values="cm")
     assert (of_way["0.1"] < of_way["0.5"]).all()
+
+
+def test_gain(tmp_path, monkeypatch):
+    """Of each pair one season starts as the copy, one from nothing; both are in the table, and what each needs."""
+    (settings := tmp_path / "tiny.toml").write_text(
+        'base = "looking-held"\npractice = 0\nexplore_counted = true\n[referee]\nduration_s = 10\n')
+    monkeypatch.setattr(harness, "settings_file", lambda _: settings)
+    small = study.Study(tmp_path / "data", recorded=(1,), pairs=1, seconds=20.0)
+    table = gain.main(small, tmp_path, "tiny", seeds=(1, 2), games=2, teacher="best-constant")
+    assert table.select("starts", "seed", "game").rows() == [
+        (start, seed, game) for start in ("as the copy", "from nothing") for seed in (1, 2) for game in (1, 2)]
+    assert table.columns == pl.read_csv(gain.FOLDER / "gain.csv").columns
+    assert (gain.needed([4, 6, 5]), gain.needed([6, 4, 5]), gain.needed([1, 2, 9]), gain.needed([1, 2])) == (0, 0, 10, None)
 
 
 def test_wheels_are_told_from_motion(tmp_path):

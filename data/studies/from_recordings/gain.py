@@ -22,7 +22,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import polars as pl
-from from_recordings.study import FOLDER, NAME, RECORDED, TEAMS, Study
+from from_recordings.study import FOLDER, NAME, RECORDED, TEAMS, Study, recorded
 from harness import ROOT, seasons
 
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of, settings_of
@@ -42,7 +42,10 @@ MATCHES_A_GAME = 10
 
 def taught(study: Study, data: Path, teacher: str = TEACHER) -> None:
     """Rebuild the teacher from its recordings, in a data folder of its own."""
-    files = [path for _, path in study.recordings(teacher, noisy=False)]
+    recordings = study.recordings(teacher, noisy=False)
+    for job, path in recordings:
+        recorded(job, path)
+    files = [path for _, path in recordings]
     report = League(imitation_of(Store(data), NAME)).run(*files, settings=settings_of(Settings(), NAME))
     if report.failures:
         raise SystemExit(str(report.failures))
