@@ -35,7 +35,7 @@ def test_tables(tmp_path, monkeypatch):
 
 
 def test_gain(tmp_path, monkeypatch):
-    """Of each pair one season starts as the copy, one from nothing; both are in the table, and what each needs."""
+    """One season of each pair starts as the copy, one from nothing; both are in the table, and what each needs."""
     (settings := tmp_path / "tiny.toml").write_text(
         'base = "looking-held"\npractice = 0\nexplore_counted = true\n[referee]\nduration_s = 10\n')
     monkeypatch.setattr(harness, "settings_file", lambda _: settings)
