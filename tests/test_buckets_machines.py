@@ -15,7 +15,7 @@ pytest.importorskip("obstore", reason="the extra bucket is not installed")
 from support.bucket_stores import ROUNDS, between, made, plain, work
 
 from pitchlore.pipeline.base.errors import NotFound, Overtaken
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.verify import verify_all
 
@@ -122,7 +122,7 @@ def test_two_processes(server, machine, recordings, local, tmp_path):
         assert line(ada) == "ready"
         for _ in range(ROUNDS):
             url = server.new()
-            import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
+            take_in(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
             tell(ada, 0, "run", url)
             said = [at_once.answer("run", machine(url, "bea")), line(ada)]
             assert "True True" in said
@@ -133,7 +133,7 @@ def test_two_processes(server, machine, recordings, local, tmp_path):
             at_once.run(store)
             assert plain(server.objects(url)) == local
         url = server.new()
-        import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
+        take_in(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
         tell(ada, 0, "run", url)
         eventually(lambda: any(key.startswith("situations") for key in server.objects(url)))
         ada.send_signal(signal.SIGKILL)

@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine import matches as flow
 from pitchlore.pipeline.engine.catalog import catalog_path, forget_match, refresh
 from pitchlore.pipeline.engine.chain import Chain
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
@@ -56,7 +56,7 @@ def old(tmp_path, monkeypatch) -> Store:
         before.setattr(Store, "commit", forgetful)
         before.setattr(views, "PUBLIC", tables)
         before.setattr(catalog, "PUBLIC", tables)
-        import_recording(store, recording(tmp_path, "old.rcg", 3))
+        take_in(store, recording(tmp_path, "old.rcg", 3))
         refresh(store)
     with duckdb.connect(str(catalog_path(store))) as connection:
         connection.execute(f"drop table {catalog.TAGS}")  # it came with the table of commands
@@ -68,7 +68,7 @@ def old(tmp_path, monkeypatch) -> Store:
 def test_commands_in_a_store(tmp_path):
     """Commands are a file of their match and a view; they go when the match is forgotten."""
     store = Store(tmp_path / "data")
-    receipt, _ = import_recording(store, recording(tmp_path, "new.rcg", 4))
+    receipt, *_ = take_in(store, recording(tmp_path, "new.rcg", 4))
     assert receipt.files["commands"].rows == 4
     assert rows_of(store, "select team, robot, t_ns, command, count from commands where t_ns < 2.5e8 order by t_ns") == [
         ("home", 1, 100_000_000, "kick", 1), ("home", 1, 200_000_000, "kick", 1)]
@@ -109,7 +109,7 @@ def test_unreadable_catalogue(tmp_path):
 
 def test_old_store_beside_new(old, tmp_path, call):
     """A match that was imported before runs on as it is; commands are those of the matches that have them."""
-    new, _ = import_recording(old, recording(tmp_path, "new.rcg", 5))
+    new, *_ = take_in(old, recording(tmp_path, "new.rcg", 5))
     chain = ("trajectories", "situations", "goals")
     STAGES.make(old, SETTINGS, scope_of(old), chain)
     assert all(len(list(old.receipts(noun))) == 2 for noun in chain)
@@ -124,9 +124,9 @@ def test_old_match_is_imported_anew(old, tmp_path):
     """The recording of a match that was imported before gives the match its commands, once."""
     again = recording(tmp_path, "old.rcg", 3)
     (before,) = old.receipts("matches")
-    receipt, new = import_recording(old, again)
+    receipt, new, _ = take_in(old, again)
     assert new
     assert receipt.name == before.name
     assert rows_of(old) == [(receipt.name, 3)]
-    assert not import_recording(old, again)[1]
+    assert not take_in(old, again)[1]
     assert import_all(old, [again]).kept == 1

@@ -22,7 +22,7 @@ from support.played import policy
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
@@ -55,7 +55,7 @@ def league(tmp_path_factory):
         referee=RefereeSettings(duration_s=20.0)), {"known": known})
     second = pl.col("t").floor().cast(pl.Int64)
     clip(0.0, 30.0).with_columns(option=pl.when(team="blue").then(44 + 2 * (second % 2))).write_csv(folder / "derby.csv")
-    import_recording(store, Recording(file=folder / "derby.csv"))
+    take_in(store, Recording(file=folder / "derby.csv"))
     bring(store, Settings(options=OptionSettings(recover=True)))
     return store
 
@@ -64,12 +64,7 @@ def league(tmp_path_factory):
 def written(league, call, tmp_path, monkeypatch):
     """Writes a dataset; what the command says."""
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
-
-    def write(*words):
-        code, out, err = call("minari", *words, "--data", league.root)
-        return code, out, err
-
-    return write
+    return lambda *words: call("minari", *words, "--data", league.root)
 
 
 def table(store) -> pl.DataFrame:
@@ -444,7 +439,7 @@ def test_no_dataset(league, call, tmp_path, words, said):
         store.root.mkdir(exist_ok=True)
         clip(0.0, 8.0).filter(pl.col("t") > len(kind)).drop("heading").write_csv(tmp_path / f"{name}.csv")
         (tmp_path / f"{name}.toml").write_text(f"[pitch]\nkind = '{kind}'\nlength = 1.5\nwidth = 1.3\n")
-        import_recording(store, Recording(file=tmp_path / f"{name}.csv", mapping=tmp_path / f"{name}.toml"))
+        take_in(store, Recording(file=tmp_path / f"{name}.csv", mapping=tmp_path / f"{name}.toml"))
         STAGES.make(store, Settings(), scope_of(store))
     before = sorted(tmp_path.rglob("*"))
     given = [word.format(tmp_path) for word in words]

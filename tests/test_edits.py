@@ -13,7 +13,7 @@ from support import trees
 
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.chain import Chain
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
@@ -69,7 +69,7 @@ def brought(tmp_path_factory) -> Path:
     data = tmp_path_factory.mktemp("brought")
     (data / "inbox").mkdir()
     clip(100.0, 130.0).write_parquet(data / "inbox" / "clip.parquet")
-    import_recording(Store(data), Recording(file=data / "inbox" / "clip.parquet"))
+    take_in(Store(data), Recording(file=data / "inbox" / "clip.parquet"))
     bring(Store(data))
     return data
 

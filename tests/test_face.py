@@ -20,7 +20,7 @@ from support.sessions import once
 
 import pitchlore
 from pitchlore.pipeline.base.errors import BadQuery, BadRecording, BadSettings, NotFound
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tables import TableOf
@@ -49,7 +49,7 @@ def data(tmp_path_factory, sample):
 
     def make(folder):
         store = Store(folder)
-        import_recording(store, Recording(file=sample))
+        take_in(store, Recording(file=sample))
         bring(store)
 
     return once(tmp_path_factory, "face", make)
@@ -136,7 +136,7 @@ def test_in_a_notebook(m, league, tmp_path):
     assert repr(league).endswith("1 matches>")
     store = Store(tmp_path)
     clip(0.0, 5.0).with_columns(pl.col("team").replace("blue", "<b>")).write_csv(tmp_path / "x.csv")
-    import_recording(store, Recording(file=tmp_path / "x.csv"))
+    take_in(store, Recording(file=tmp_path / "x.csv"))
     bare = pitchlore.open(tmp_path).matches["x"]
     assert "Its stages have not run." in bare._repr_html_()
     assert "&lt;b&gt;" in bare._repr_html_()

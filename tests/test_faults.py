@@ -31,7 +31,7 @@ from pitchlore.flows.server import Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
 from pitchlore.pipeline.engine import catalog, matches
 from pitchlore.pipeline.engine.catalog import refresh
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings
@@ -324,10 +324,10 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     derby.write_bytes(complete[:len(complete) // 2] if whole else b"frame,t,team,player,x,y\n0,0,ba")
     monkeypatch.setattr(matches, "open_parts", meanwhile)
     with pytest.raises(StillWritten, match="the next run takes it"):
-        import_recording(store, Recording(file=derby))
+        take_in(store, Recording(file=derby))
     monkeypatch.undo()
     assert [list(store.receipts("matches")), store.quarantined()] == [[], []]
-    assert import_recording(store, Recording(file=derby))[1]
+    assert take_in(store, Recording(file=derby))[1]
 
 
 @pytest.mark.parametrize("words", [
@@ -358,7 +358,7 @@ def test_recordings_stay_as_they_are(finished, tmp_path, share):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(data[:int(share * len(data))])
     before = cut.stat()
-    receipt, new = import_recording(Store(tmp_path / "data"), Recording(file=cut))
+    receipt, new, _ = take_in(Store(tmp_path / "data"), Recording(file=cut))
     assert (new, receipt.details["complete"]) == (True, False)
     assert cut.read_bytes() == data[:int(share * len(data))]
     assert (cut.stat().st_mtime_ns, cut.stat().st_ino) == (before.st_mtime_ns, before.st_ino)

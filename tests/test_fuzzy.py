@@ -154,16 +154,6 @@ class TestConditions:
         assert np.array_equal(np.isnan(found), np.isnan(x))
         assert ((found >= 0) & (found <= 1) | np.isnan(found)).all()
 
-    def test_rules_compile(self):
-        """Every rule speaks of known signals and terms."""
-        terms = fuzzy.terms(SCALES[Kind.VSSS])
-        names = list(dict.fromkeys(signals.OWN + signals.OTHER))
-        texts = [text for rule in RULES for text in (rule.initial, rule.final) if text]
-        code = compile_conditions(
-            texts, MACROS, names, lambda s, t: fuzzy.lines(terms[variable_of(s)][t])
-        )
-        assert len(code.outputs) == len(texts)
-
     @pytest.mark.parametrize("rule", [rule for rule in RULES if rule.initial], ids=lambda rule: f"{rule.code} {rule.variant}")
     def test_degrees_place_edges_alone(self, rule):
         """A condition holds to the half exactly where tests of intervals do: degrees say where their edges lie, and no more."""

@@ -9,11 +9,12 @@ import numpy as np
 import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
+from support.mcap_logs import written
 
 from pitchlore.pipeline import matches as log_format
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
@@ -70,16 +71,14 @@ def chosen_by_home() -> pl.DataFrame:
 def played(tmp_path_factory, clips) -> Store:
     """A store of a recording and of the same match as if we had played it, up to the goals."""
     store = Store(tmp_path_factory.mktemp("played"))
-    recorded, _ = import_recording(store, Recording(file=clips / "early.parquet"))
+    recorded, *_ = take_in(store, Recording(file=clips / "early.parquet"))
     log = log_format.read(store.read(recorded, "log"), where="log")
     named = pl.lit(PLAYED).alias("match_id")
     ours = dataclasses.replace(
         log, info=log.info.model_copy(update={"match_id": PLAYED, "source": "played", "recording": None}),
         referee=log.referee.with_columns(named), quality=log.quality.with_columns(named), decisions=chosen_by_home())
-    buffer = io.BytesIO()
-    log_format.write(ours, buffer)
-    (store.root / "played.mcap").write_bytes(buffer.getvalue())
-    import_recording(store, Recording(file=store.root / "played.mcap"))
+    (store.root / "played.mcap").write_bytes(written(ours))
+    take_in(store, Recording(file=store.root / "played.mcap"))
     STAGES.make(store, SETTINGS, scope_of(store), ("trajectories", "situations", "goals"))
     return store
 

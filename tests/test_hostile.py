@@ -29,7 +29,7 @@ from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.isolated import _answer, read_isolated
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.recordings import Recording, inbox, strangers
 from pitchlore.pipeline.engine.stage import Scope
@@ -142,7 +142,7 @@ def test_pipe_as_a_map(tmp_path):
                       Recording(file=tmp_path / "pipe.csv"), Recording(file=Path("/dev/zero"))):
         begun = time.monotonic()
         with pytest.raises(NotFound, match=r"is not a regular file\. Name a file"):
-            import_recording(store, recording)
+            take_in(store, recording)
         assert time.monotonic() - begun < 5
 
 
@@ -152,14 +152,14 @@ def test_limits_are_settings(tmp_path):
     file = tmp_path / "derby.csv"
     file.write_bytes(DERBY)
     with pytest.raises(BadRecording, match=r"derby.csv: has 61 lines, more than the limit rows = 60. .* raise rows in the \[imports\]"):
-        import_recording(store, Recording(file=file), ImportSettings(rows=60))
+        take_in(store, Recording(file=file), ImportSettings(rows=60))
     (record,) = store.quarantined()
     assert "rows = 60" in record.reason
-    import_recording(store, Recording(file=file), ImportSettings(rows=61))
+    take_in(store, Recording(file=file), ImportSettings(rows=61))
     assert store.quarantined() == []
     file.write_bytes(DERBY + b"1" * (1 << 20))
     with pytest.raises(NotFound, match="is larger than the limit of 1 MiB"):
-        import_recording(store, Recording(file=file), ImportSettings(megabytes=1))
+        take_in(store, Recording(file=file), ImportSettings(megabytes=1))
 
 
 def test_bounded_records(tmp_path):
@@ -206,7 +206,7 @@ def test_reader_brought_down(tmp_path):
         read_isolated([file], open_source(file.read_bytes(), file.name, limits), TrackingMap())
     store = Store(tmp_path / "data")
     file.write_bytes(DERBY)
-    assert import_recording(store, Recording(file=file), ImportSettings(isolate=True))[1]
+    assert take_in(store, Recording(file=file), ImportSettings(isolate=True))[1]
 
 
 def test_nobody_waits_for_a_reader(tmp_path, monkeypatch):
@@ -299,7 +299,7 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
     rows = [(i, i / 50, team, robot, x + i / 500, y) for i in range(60) for team, robot, x, y in (
         ("ball", None, 0.0, 0.0), (home, "1", -0.3, 0.1), (away, "1", 0.3, -0.1))]
     pl.DataFrame(rows, schema=["frame", "t", "team", "player", "x", "y"], orient="row").write_parquet(folder / "x.parquet")
-    receipt, _ = import_recording(store, Recording(file=folder / "x.parquet"))
+    receipt, *_ = take_in(store, Recording(file=folder / "x.parquet"))
     scope = Scope(matches=(receipt.name,))
     STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals", "events"})
     match = League(store).match(receipt.name)

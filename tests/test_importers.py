@@ -2,7 +2,6 @@
 
 import gzip
 import hashlib
-import io
 import random
 import re
 import zlib
@@ -19,11 +18,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import FILES
 from support import recordings
+from support.mcap_logs import written
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, assert_sound, imported
 
-from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers import readers, source
 from pitchlore.pipeline.importers.football.providers import PROVIDERS
@@ -233,7 +232,7 @@ def test_opened_once(
     store = Store(tmp_path / "data")
     streamed = next(reader for reader in READERS if reader.name == name.partition("/")[0]).streamed
     for times, new in ((1, True), (2, False)):
-        receipt, is_new = import_recording(store, Recording(file=file))
+        receipt, is_new, _ = take_in(store, Recording(file=file))
         assert (is_new, receipt.inputs) == (new, {"source": identity})
         inflated = times + 2 * streamed
         assert (len(reads), sum(hashes), CountedStream.inflated) == (times, times, inflated * len(content))
@@ -245,11 +244,11 @@ def test_hopeless_gzip(tmp_path: Path) -> None:
     file = tmp_path / "Final 2026.csv.gz"
     file.write_bytes(gzip.compress(CSV)[:11])
     with pytest.raises(BadRecording, match="cut off"):
-        import_recording(store, Recording(file=file))
+        take_in(store, Recording(file=file))
     (record,) = store.quarantined()
     assert (record.noun, record.name, record.error) == ("matches", "final-2026", "BadRecording")
     file.write_bytes(gzip.compress(CSV))
-    import_recording(store, Recording(file=file))
+    take_in(store, Recording(file=file))
     assert store.quarantined() == []
 
 
@@ -272,9 +271,7 @@ def test_table_of_readers() -> None:
 def log_called(path: Path, match_id: str, **changes: Any) -> Recording:
     """A log of ours with another id, other teams, and so on."""
     log = recordings.read(PLAIN, "plain.csv", match_id=match_id)
-    buffer = io.BytesIO()
-    matches.write(replace(log, info=log.info.model_copy(update=changes)), buffer)
-    path.write_bytes(buffer.getvalue())
+    path.write_bytes(written(replace(log, info=log.info.model_copy(update=changes))))
     return Recording(file=path)
 
 
@@ -283,7 +280,7 @@ def test_ids_that_end_alike(tmp_path: Path, ids: tuple[str, str]) -> None:
     """Two different logs are two matches, whatever their ids."""
     store = Store(tmp_path / "data")
     for name, home in zip(ids, ("Lions", "Tigers"), strict=True):
-        receipt, new = import_recording(store, log_called(tmp_path / f"{name}.mcap", name, home=home, recording=None))
+        receipt, new, _ = take_in(store, log_called(tmp_path / f"{name}.mcap", name, home=home, recording=None))
         assert (receipt.name, new) == (name, True)
     assert {receipt.name for receipt in store.receipts("matches")} == set(ids)
 
@@ -292,16 +289,16 @@ def test_one_recording_under_two_names(tmp_path: Path) -> None:
     """A log from another machine, of a recording that is here under another name, is the match that is here."""
     store = Store(tmp_path / "data")
     (tmp_path / "derby.csv").write_bytes(PLAIN)
-    receipt, _ = import_recording(store, Recording(file=tmp_path / "derby.csv"))
+    receipt, *_ = take_in(store, Recording(file=tmp_path / "derby.csv"))
     other = log_called(tmp_path / "final.mcap", "final-0123456789ab")
-    assert import_recording(store, other) == (receipt, False)
-    assert import_recording(store, Recording(file=tmp_path / "derby.csv")) == (receipt, False)
+    assert take_in(store, other)[:2] == (receipt, False)
+    assert take_in(store, Recording(file=tmp_path / "derby.csv"))[:2] == (receipt, False)
 
 
 def test_same_id_other_match(tmp_path: Path) -> None:
     """The second of two different matches with the same id is refused in one line, and the first stands."""
     store = Store(tmp_path / "data")
-    receipt, _ = import_recording(store, log_called(tmp_path / "a.mcap", "derby-1", home="Lions", recording=None))
+    receipt, *_ = take_in(store, log_called(tmp_path / "a.mcap", "derby-1", home="Lions", recording=None))
     with pytest.raises(BadRecording, match="another match is here, with the same id derby-1"):
-        import_recording(store, log_called(tmp_path / "b.mcap", "derby-1", home="Tigers", recording=None))
+        take_in(store, log_called(tmp_path / "b.mcap", "derby-1", home="Tigers", recording=None))
     assert store.receipt("matches", "derby-1") == receipt

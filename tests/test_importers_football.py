@@ -1,6 +1,5 @@
 """Football's recordings, as kloppy reads them: sizes, places, numbers, heights, states and refusals."""
 
-import io
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +10,12 @@ import pytest
 from football.skillcorner import FILES, MATCH, source_of
 from support import recordings
 from support.football import NEEDS_KLOPPY, RECORDINGS, shipped
+from support.mcap_logs import written
 from support.recordings import assert_sound
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording, NotFound
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.football.dataset import match_of_dataset
@@ -50,9 +50,7 @@ def test_provider(provider: str) -> None:
     assert matches.row(match)["duration_s"][0] < 3 * 3600
     x = np.abs(match.frames.robots["x"])
     assert np.nanmedian(x) < match.info.pitch.length / 2
-    buffer = io.BytesIO()
-    matches.write(match, buffer)
-    again = matches.read(buffer.getvalue(), where="log")
+    again = matches.read(written(match), where="log")
     assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
     assert np.array_equal(again.heights.t_ns, match.heights.t_ns)
     assert np.array_equal(again.heights.z, match.heights.z)
@@ -128,7 +126,7 @@ def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
     assert len(found.possession)
     assert not len(none.possession)
     names = RECORDINGS["pff"]
-    receipt, new = import_recording(Store(tmp_path), Recording(
+    receipt, new, _ = take_in(Store(tmp_path), Recording(
         file=FILES / names[0], provider="pff", more=tuple(FILES / name for name in names[1:])))
     assert new
     assert receipt.details["heights"] == len(match.heights.t_ns)
@@ -137,11 +135,9 @@ def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
 def test_heights_of_a_log_without_any_change_nothing() -> None:
     """A log declares the channel of heights only if it has one, so that other logs keep their bytes."""
     match = recordings.imported(recordings.RSIM)
-    plain, high = io.BytesIO(), io.BytesIO()
-    matches.write(match, plain)
-    matches.write(replace(match, heights=Heights(match.frames.t_ns[:1], np.float32([1.5]))), high)
-    assert b"/ball_height" not in plain.getvalue()
-    assert b"/ball_height" in high.getvalue()
+    high = replace(match, heights=Heights(match.frames.t_ns[:1], np.float32([1.5])))
+    assert b"/ball_height" not in written(match)
+    assert b"/ball_height" in written(high)
 
 
 def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
 
@@ -27,7 +27,7 @@ def derby(tmp_path: Path) -> tuple[Store, Path, Path]:
     file.write_text(CSV)
     mapping.write_text(MAP)
     store = Store(tmp_path / "data")
-    receipt, new = import_recording(store, Recording(file=file, mapping=mapping))
+    receipt, new, _ = take_in(store, Recording(file=file, mapping=mapping))
     assert new
     assert receipt.details["home"] == "reds"
     return store, file, mapping
@@ -40,7 +40,7 @@ def test_kept_when_made_anew(derby: tuple[Store, Path, Path]) -> None:
     assert (report.kept, report.made) == (1, [])
     (before,) = store.receipts("matches")
     (store.root / before.files["log"].path).unlink()
-    receipt, new = import_recording(store, Recording(file=file))
+    receipt, new, _ = take_in(store, Recording(file=file))
     assert new
     assert (receipt.details["home"], receipt.key) == ("reds", before.key)
 
@@ -49,12 +49,12 @@ def test_another(derby: tuple[Store, Path, Path]) -> None:
     """Another map takes its place; an empty one takes it away, which this recording cannot do without."""
     store, file, mapping = derby
     mapping.write_text(MAP.replace('"reds"', '"blues"'))
-    receipt, new = import_recording(store, Recording(file=file, mapping=mapping))
+    receipt, new, _ = take_in(store, Recording(file=file, mapping=mapping))
     assert new
     assert receipt.details["home"] == "blues"
-    assert import_recording(store, Recording(file=file)) == (receipt, False)
+    assert take_in(store, Recording(file=file))[:2] == (receipt, False)
     mapping.write_text("")
     with pytest.raises(Exception, match="has no column"):
-        import_recording(store, Recording(file=file, mapping=mapping))
+        take_in(store, Recording(file=file, mapping=mapping))
     (kept,) = store.receipts("matches")
     assert kept.details["home"] == "blues"

@@ -18,7 +18,7 @@ from support.ssl_long import HZ, long_log
 from support.ssl_messages import Message, Seen, Team, log
 
 from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers import packing
 from pitchlore.pipeline.importers.readers import open_source, read
@@ -243,7 +243,7 @@ def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             survey(source)
             surveyed = tracemalloc.get_traced_memory()[1]
         tracemalloc.reset_peak()
-        receipt, _ = import_recording(Store(tmp_path / f"of {seconds}"), Recording(file=file))
+        receipt, *_ = take_in(Store(tmp_path / f"of {seconds}"), Recording(file=file))
         peaks.append((surveyed, tracemalloc.get_traced_memory()[1]))
         tracemalloc.stop()
         frames.append(receipt.details["frames"])
@@ -260,10 +260,10 @@ def test_a_full_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with monkeypatch.context() as full:
         full.setattr("pitchlore.pipeline.base.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
         with pytest.raises(StorageFailed) as reported:
-            import_recording(store, Recording(file=file))
+            take_in(store, Recording(file=file))
     assert str(reported.value) == (
         f"{tempfile.gettempdir()}: cannot be written (No space left on device). Free space or mend the folder, "
         "then run again; nothing that was there is lost.")
     assert list(store.receipts("matches")) == []
     assert store.quarantined() == []
-    assert import_recording(store, Recording(file=file))[1]
+    assert take_in(store, Recording(file=file))[1]

@@ -10,7 +10,7 @@ from support.ssl_games import EPOCH, GEOMETRY, STEP, flaws, frames, match, ns, o
 from support.ssl_messages import TRACKER, VISION_2010, Message, Seen, Tracked
 
 from pitchlore.pipeline.base.errors import BadRecording
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -355,7 +355,7 @@ def test_the_source_is_said(tmp_path: Path) -> None:
         ("c.log", frames(5), "vision, 1 cameras"),
     ):
         (tmp_path / name).write_bytes(ssl.log(messages))
-        receipt, _ = import_recording(Store(tmp_path / "data"), Recording(file=tmp_path / name))
+        receipt, *_ = take_in(Store(tmp_path / "data"), Recording(file=tmp_path / name))
         assert receipt.details["bodies"] == said
 
 

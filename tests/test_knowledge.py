@@ -210,7 +210,6 @@ class TestMerging:
             assert found.drop("spread").equals(whole.drop("spread"))
             assert found["spread"].item() == pytest.approx(whole["spread"].item(), abs=1e-12)
 
-
     def test_teams_apart(self):
         """The same behaviour of another team, or of a time when teams were not distinguished, stays apart."""
         ours, theirs, unknown = (
@@ -279,8 +278,3 @@ class TestDiff:
         found, plain = (diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, seen) for seen in (more, self.SEEN_AFTER))
         assert_frame_equal(found.behaviours, plain.behaviours)
         assert_frame_equal(found.roles, plain.roles)
-
-    def test_same_version(self):
-        """A version does not differ from itself."""
-        found = diff(self.BEFORE, self.BEFORE, self.SEEN_BEFORE, self.SEEN_BEFORE)
-        assert found.behaviours.is_empty()

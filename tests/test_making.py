@@ -6,7 +6,7 @@ import pytest
 from conftest import clip
 
 from pitchlore.pipeline.engine.making import make
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
@@ -27,8 +27,8 @@ def derby(tmp_path):
 def test_taken_from_memory(derby, tmp_path, monkeypatch):
     """Tables that a stage has made are read by no later stage of the match, and the bytes are the same."""
     one, other = Store(tmp_path / "one"), Store(tmp_path / "other")
-    name = import_recording(one, derby)[0].name
-    import_recording(other, derby)
+    name = take_in(one, derby)[0].name
+    take_in(other, derby)
     scope = Scope(matches=(name,))
     STAGES.make(one, SETTINGS, scope)
     read = Counter()

@@ -7,7 +7,7 @@ from conftest import clip
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.engine.matches import import_recording, read_match
+from pitchlore.pipeline.engine.matches import read_match, take_in
 from pitchlore.pipeline.engine.memory import MemoryInputs
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Per, Scope
@@ -28,7 +28,7 @@ def test_equal_to_a_league_of_one_match(tmp_path):
     """Every table, blob, setting and detail of every noun is equal, bit for bit, whatever is asked for first."""
     file, store, rows = tmp_path / "derby.parquet", Store(tmp_path / "data"), 0
     clip(0.0, 120.0).write_parquet(file)
-    name = import_recording(store, Recording(file=file))[0].name
+    name = take_in(store, Recording(file=file))[0].name
     STAGES.make(store, SETTINGS, Scope(matches=(name,)))
     log, _ = read_match(open_source(file.read_bytes(), file.name), TrackingMap())
     match = MemoryInputs(log, SETTINGS, TrackingMap().settings())

@@ -12,7 +12,7 @@ from support import recordings
 from usual.study import rates_of, situations_of
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recognised import with_recognition
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
@@ -112,6 +112,6 @@ def test_our_own_logs_stay_as_they_are(tmp_path: Path) -> None:
     with (tmp_path / "match.mcap").open("wb") as file:
         matches.write(match, file)
     store = Store(tmp_path / "data")
-    receipt, _ = import_recording(store, Recording(file=tmp_path / "match.mcap"))
+    receipt, *_ = take_in(store, Recording(file=tmp_path / "match.mcap"))
     assert store.read(receipt, "log") == (tmp_path / "match.mcap").read_bytes()
     assert "poor recognition" not in receipt.details["flaws"]

@@ -10,7 +10,7 @@ from conftest import clip, fill, run
 from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.engine.imports import import_all
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording, with_map
 from pitchlore.pipeline.engine.run import make_stage, make_version
 from pitchlore.pipeline.engine.stages import STAGES
@@ -120,15 +120,15 @@ def test_lost_log(tmp_path, clips, harm):
     """A match whose log is lost or damaged can be imported again."""
     store = Store(tmp_path)
     recording = Recording(file=clips / "early.parquet")
-    receipt, _ = import_recording(store, recording)
+    receipt, *_ = take_in(store, recording)
     path = tmp_path / receipt.files["log"].path
     if harm == "lost":
         path.unlink()
     else:
         path.write_bytes(path.read_bytes()[:-1] + b"?")
-    assert import_recording(store, recording) == (receipt, True)
+    assert take_in(store, recording)[:2] == (receipt, True)
     assert store.intact(receipt)
-    assert import_recording(store, recording) == (receipt, False)
+    assert take_in(store, recording)[:2] == (receipt, False)
 
 
 def raised(monkeypatch, noun):
@@ -141,11 +141,11 @@ def test_other_version(tmp_path, clips, monkeypatch):
     """Another version of the stage imports a match anew, under the same name."""
     store = Store(tmp_path)
     file = clips / "early.parquet"
-    receipt, _ = import_recording(store, Recording(file=file))
+    receipt, *_ = take_in(store, Recording(file=file))
     renamed = tmp_path / "renamed.parquet"
     shutil.copy(file, renamed)
     raised(monkeypatch, "matches")
-    again, new = import_recording(store, Recording(file=renamed))
+    again, new, _ = take_in(store, Recording(file=renamed))
     assert new
     assert again.name == receipt.name
     assert again.key != receipt.key
@@ -227,7 +227,7 @@ def test_single_stages(data):
 def test_stage_too_early(tmp_path, clips):
     """A stage before its turn says what to run first and blames no match."""
     store = Store(tmp_path)
-    import_recording(store, Recording(file=clips / "early.parquet"))
+    take_in(store, Recording(file=clips / "early.parquet"))
     (why,) = make_stage("situations", tmp_path).failed.values()
     assert "Run the stage trajectories first" in why
     assert store.quarantined() == []
@@ -247,7 +247,7 @@ def test_unreadable_log(tmp_path):
     file.write_bytes(b"\x89MCAP0\r\n" + b"\x01" * 30)
     store = Store(tmp_path / "data")
     with pytest.raises(DamagedLog) as caught:
-        import_recording(store, Recording(file=file))
+        take_in(store, Recording(file=file))
     assert "\n" not in str(caught.value)
     assert len(store.quarantined()) == 1
 
@@ -263,14 +263,14 @@ def test_corrected_map(tmp_path):
     maps = tmp_path / "derby.csv.toml"
     store = Store(tmp_path / "data")
     maps.write_text('[units]\nlength = "m"\n[pitch]\nkind = "vsss"\nlength = 1.5\nwidth = 1.3\n')
-    wrong, _ = import_recording(store, with_map(file))
+    wrong, *_ = take_in(store, with_map(file))
     assert flaws(store)[wrong.name]["off the pitch"] > 1000
     maps.write_text('[units]\nlength = "cm"\n[pitch]\nkind = "vsss"\nlength = 1.5\nwidth = 1.3\n')
-    right, new = import_recording(store, with_map(file))
+    right, new, _ = take_in(store, with_map(file))
     assert new
     assert [receipt.name for receipt in store.receipts("matches")] == [wrong.name] == [right.name]
     assert "off the pitch" not in flaws(store)[right.name]
-    assert import_recording(store, with_map(file)) == (right, False)
+    assert take_in(store, with_map(file))[:2] == (right, False)
 
 
 def test_plausibility_checks(tmp_path):
@@ -281,7 +281,7 @@ def test_plausibility_checks(tmp_path):
     table.filter(pl.col("team") != "ball").with_columns(
         game_state=pl.col("game_state").str.replace("goal_b+kickoff_y", "goal+kickoff", literal=True)
     ).write_csv(file)
-    receipt, _ = import_recording(store, with_map(file))
+    receipt, *_ = take_in(store, with_map(file))
     assert flaws(store)[receipt.name]["ball lost"] == 400
     assert flaws(store)[receipt.name]["scorer unknown"] == 2
 
@@ -294,6 +294,6 @@ def test_whole_state(tmp_path):
         game_state=pl.col("game_state").str.replace("goal_b+kickoff_y", "tor+anstoss", literal=True)
     ).write_csv(file)
     (tmp_path / "map.toml").write_text('[states]\n"tor+anstoss" = "goal home"\n')
-    receipt, _ = import_recording(store, with_map(file))
+    receipt, *_ = take_in(store, with_map(file))
     referee = store.read_table(receipt, "referee", Referee).filter(pl.col("event") == "goal")
     assert referee.select("team", "score_home", "score_away").rows() == [("home", 1, 0)]

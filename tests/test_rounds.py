@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import changed, consecutive, goals, sequences_of, situations
 
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
@@ -23,8 +23,7 @@ from pitchlore.pipeline.stages.behaviours.rounds import learn
 from pitchlore.pipeline.stages.behaviours.select import select
 from pitchlore.pipeline.stages.decisions import all_decisions, decision_digests, observed_decisions
 from pitchlore.pipeline.stages.sequences import league
-from pitchlore.pipeline.stages.sequences.windows import side_of
-from pitchlore.pipeline.stages.sides.teams import Team, as_of, of_sides
+from pitchlore.pipeline.stages.sides.teams import Team, as_of
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import SIDES, Choices, Decisions, Grams, Patterns
 
@@ -118,10 +117,8 @@ def test_decisions(found, random):
     patterns = learn(tables.values, sides, ANY).patterns
     alone = []
     for name, table in tables.items():
-        own = pl.DataFrame([{"side": side, "kind": team.kind, "counts_as": team.team} for side, team in sides[name].items()],
-                           schema={"side": pl.Enum(SIDES), "kind": pl.String, "counts_as": pl.String})
-        known = of_sides(patterns, own)
-        alone.append(observed_decisions(table.with_columns(who=side_of(table["team"])), known.with_columns(who=side_of(known["side"]))))
+        known = pl.concat([patterns.filter(**team._asdict()).with_columns(who=pl.lit(SIDES.index(side), pl.Int64)) for side, team in sides[name].items()])
+        alone.append(observed_decisions(table.with_columns(who=pl.col("team").to_physical().cast(pl.Int64)), known))
     shuffled = list(tables.values())
     random.shuffle(shuffled)
     with pytest.MonkeyPatch.context() as patch:
@@ -168,7 +165,7 @@ def brought(folder: Path, matches: int) -> Store:
         file = folder / f"part-{number}.csv"
         folder.mkdir(exist_ok=True)
         clip(60.0 * number, 60.0 * number + 40.0).write_csv(file)
-        import_recording(store, Recording(file=file))
+        take_in(store, Recording(file=file))
         file.unlink()
     return store
 

@@ -14,7 +14,7 @@ from support.league import HOSTILE, bring, gallery
 from support.recordings import RSIM, imported
 
 from pitchlore.pipeline.engine.catalog import forget_match
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
@@ -179,7 +179,7 @@ def test_matches_come_and_go(store, tmp_path):
     pages = own.root / "scout"
     before = {path: path.stat().st_mtime_ns for folder in ("matches", "data", "replays") for path in (pages / folder).iterdir()}
     clip(290.0, 350.0).write_parquet(tmp_path / "three.parquet")
-    import_recording(own, Recording(file=tmp_path / "three.parquet"))
+    take_in(own, Recording(file=tmp_path / "three.parquet"))
     bring(own)
     write_pages(own)
     assert {path: path.stat().st_mtime_ns for path in before} == before

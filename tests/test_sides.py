@@ -4,7 +4,6 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from polars.testing import assert_frame_equal
 
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.settings import SideSettings, parse_settings
@@ -13,7 +12,6 @@ from pitchlore.pipeline.stages.sides.teams import (
     Team,
     TeamRecord,
     imitated,
-    of_sides,
     of_teams,
     sides_of,
     teams,
@@ -128,26 +126,14 @@ class TestRows:
             ("a-0123456789ab", "Blues", "vsss", 1), ("a-0123456789ab", "Blues", "vsss", 2),
             ("b-0123456789ab", "Blues", "vsss", 0)]
 
-    def test_of_sides(self):
-        """Rows of teams are those of the sides that they play, in their league."""
-        table = pl.DataFrame({"team": ["Reds", "static", "static", "static"], "kind": ["vsss", "vsss", "ssl", None],
-                              "row": range(4)})
-        found = of_sides(table, sides(match("static", "static"), SideSettings()))
-        assert found.select("row", "side").rows() == [(1, "home"), (1, "away")]
-        assert of_sides(table, sides(match("static", "Reds"), SideSettings())).select("row", "side").rows() == [
-            (0, "away"), (1, "home")]
-
     @given(st.lists(st.sampled_from(["Reds", "Blues", "Greens"]), min_size=2, max_size=2),
            st.sampled_from([(), ("Reds",), ("Reds", "Blues"), ("*",)]), st.sampled_from([("home",), ("away",), SIDES]))
-    def test_there_and_back(self, names, pool, watch):
-        """Rows of sides become rows of teams; rows of teams come back for their sides."""
+    def test_rows_of_each_team(self, names, pool, watch):
+        """Rows of sides that are watched become rows of teams; each team has those of its sides."""
         own = sides(match(*names), SideSettings(pools={"pool": pool}, watch=watch))
         there = of_teams(rows("home", "away"), own)
         assert there["row"].to_list() == [SIDES.index(side) for side in watch]
         for team in teams(own):
             mine = there.filter(**team._asdict())
             assert sorted(SIDES[row] for row in mine["row"]) == sorted(sides_of(team, own)["team"].cast(pl.String))
-        back = of_sides(there.unique(("team", "kind")), own)
-        assert_frame_equal(back.select("side").sort("side"), pl.DataFrame({"side": sorted(watch, key=SIDES.index)},
-                                                                        schema={"side": pl.Enum(SIDES)}))
         assert sides_of(None, own).is_empty()

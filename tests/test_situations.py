@@ -212,13 +212,6 @@ class TestMissing:
         table = film(SCENES["is hit by the ball"][0], 0.88).with_columns(theta=pl.lit(None, pl.Float32))
         assert set(found_by(table)["code"]) == {184}
 
-    def test_absent_robot_does_nothing(self):
-        table = film({"home-1": stands(0.1, 0.3), "home-2": stands(0.3, 0.3)}, 3.0)
-        gone = table.filter((pl.col("robot") != 1) | ~pl.col("frame").is_between(40, 79))
-        rows = found_by(gone)
-        assert rows.filter((pl.col("start_ns") < 2_000_000_000) & (pl.col("end_ns") > 1_000_000_000)).is_empty()
-        assert rows["code"].unique().to_list() == [184]
-
     def test_play_stopped(self):
         """Situations end where play stops and begin again where it goes on."""
         table = film({"home-1": stands(0.1, 0.3)}, 3.0).with_columns(

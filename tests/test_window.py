@@ -278,7 +278,7 @@ class TestPlay:
 
     def test_log_elsewhere(self, monkeypatch, call, tmp_path):
         """The log of a match can be imported into another data folder."""
-        from pitchlore.pipeline.engine.matches import import_recording
+        from pitchlore.pipeline.engine.matches import take_in
         from pitchlore.pipeline.engine.recordings import Recording
 
         script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
@@ -286,7 +286,7 @@ class TestPlay:
         file = tmp_path / "mine.mcap"
         file.write_bytes(store.read(receipt, "log"))
         there = Store(tmp_path / "there")
-        imported, new = import_recording(there, Recording(file=file))
+        imported, new, _ = take_in(there, Recording(file=file))
         assert new
         assert imported.name == report["match_id"]
         again = log.read(there.read(imported, "log"), where="there")

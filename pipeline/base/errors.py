@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,16 +33,11 @@ class PitchloreError(Exception):
         super().__init__(what, where, next_step)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (type(self), self.what, self.where, self.next_step)
+        return partial(type(self), where=self.where, next_step=self.next_step), (self.what,)
 
     def __str__(self) -> str:
         line = f"{self.where}: {self.what}" if self.where else self.what
         return f"{line}. {self.next_step}." if self.next_step else f"{line}."
-
-
-def _again(kind: type[PitchloreError], what: str, where: str, next_step: str) -> PitchloreError:
-    """An error that comes from another process, as itself."""
-    return kind(what, where=where, next_step=next_step)
 
 
 def in_one_line(error: BaseException) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -169,13 +168,6 @@ def _views(
     return views
 
 
-@cache
-def _of_groups() -> frozenset[str]:
-    """The tables with rows of many matches in a file."""
-    return frozenset(schema.NAME for noun in STAGES.nouns(Per.GROUP) for schema in STAGES[noun].schemas
-                     if "match_id" in schema.columns())
-
-
 def refresh_into(store: Store, report: StageReport) -> None:
     """Bring the catalogue up to date (:func:`renew`). If that fails, it is one more failure of a report."""
     try:
@@ -234,7 +226,9 @@ def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None)
     wanted = {(name, path): seen for name, files in views.items() for path, seen in files.items()}
     if wanted != listing:
         with store.aside(path) as temporary:
-            catalog.build(temporary, views, _of_groups())
+            catalog.build(temporary, views, frozenset(
+                schema.NAME for noun in STAGES.nouns(Per.GROUP) for schema in STAGES[noun].schemas
+                if "match_id" in schema.columns()))
     return damaged
 
 

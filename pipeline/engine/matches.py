@@ -46,14 +46,6 @@ class Imported(NamedTuple):
     sha256: str
 
 
-def import_recording(
-    store: Store, recording: Recording, limits: ImportSettings = ImportSettings()
-) -> tuple[Receipt, bool]:
-    """Receipt of a recording's match, and whether it is new; as for :func:`take_in`."""
-    receipt, new, _ = take_in(store, recording, limits)
-    return receipt, new
-
-
 def take_in(store: Store, recording: Recording, limits: ImportSettings = ImportSettings()) -> Imported:
     """The match of a recording, imported if need be. The recording is opened and hashed once.
 

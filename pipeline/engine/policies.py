@@ -26,7 +26,7 @@ from pitchlore.pipeline.engine.knowledge import (
 )
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
-from pitchlore.pipeline.settings import AppraisalSettings, PolicySettings
+from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.stages.sides.teams import Team, sides_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
@@ -44,13 +44,8 @@ from pitchlore.schemas import (
     States,
 )
 
-#: Appraisals and the pairs that are kept, made as by
-#: :func:`pipeline.stages.policies.appraise.fit_action_values` from decisions, sights, pairs, settings,
-#: version, watched sights and habits.
-Fit = Callable[
-    [pl.DataFrame, pl.DataFrame, pl.DataFrame, AppraisalSettings, int, pl.DataFrame | None,
-     pl.DataFrame | None],
-    tuple[pl.DataFrame, pl.DataFrame]]
+#: Appraises as :func:`pipeline.stages.policies.appraise.fit_action_values`.
+Fit = Callable[..., tuple[pl.DataFrame, pl.DataFrame]]
 #: Settings of the team that chose that a policy keeps, so that it plays as what it learned from: a clock, and
 #: how far ahead it predicts.
 PLAYS = ("clock", "clock_s", "predict_s")
@@ -152,7 +147,8 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         appraisals, kept = (fit or fit_action_values)(
             ordered, sights, seen, settings.appraisals, inputs.version, watched, trees)
         policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
-    returned = returns_of(policy, ordered, _returns(inputs), settings)
+    returned = returns_of(
+        policy, ordered, next(inputs.batches("parent", Returns)) if inputs["parent"] else None, settings)
     tables = [(policy, Policies), (appraisals, Appraisals), (returned, Returns),
               (states_of(policy, returned), States)]
     return Made(tables, details={
@@ -187,11 +183,6 @@ def _choosing(decisions: Held, match: str) -> list[str]:
     """The sides of a match on which a player chose; none if the decisions are not of that match."""
     sides: list[str] = decisions.details["matches"].get(match, {}).get("choosing", [])
     return sides
-
-
-def _returns(inputs: Inputs) -> pl.DataFrame | None:
-    """The returns of the parent, None without a parent, or if it is older than this table."""
-    return next(inputs.batches("parent", Returns)) if inputs["parent"] else None
 
 
 def _parent(store: Store, knowledge: Manifest) -> Manifest | None:

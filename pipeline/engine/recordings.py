@@ -89,14 +89,10 @@ def strangers(store: Store) -> dict[str, str]:
 
 
 def _dropped(store: Store) -> list[Recording]:
-    """All recordings in the inbox with their maps, sorted by name."""
-    return [with_map(path) for path in _in_inbox(store) if path.suffix != ".toml"]
-
-
-def _in_inbox(store: Store) -> list[Path]:
-    """All in the inbox that is no folder and not hidden, sorted."""
-    return sorted(path for path in (store.root / INBOX).rglob("*")
-                  if not path.name.startswith(".") and (path.is_symlink() or not path.is_dir()))
+    """All in the inbox that is no folder, no map and not hidden, with their maps, sorted by name."""
+    return [with_map(path) for path in sorted((store.root / INBOX).rglob("*"))
+            if path.suffix != ".toml" and not path.name.startswith(".")
+            and (path.is_symlink() or not path.is_dir())]
 
 
 def _is_inside(recording: Recording, store: Store) -> bool:

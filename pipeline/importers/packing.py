@@ -101,7 +101,8 @@ class Unpacking:
                     )
                 if content:
                     yield content
-        if self.damage is None and _more(data, at):
+        # zeros may fill up a block
+        if self.damage is None and any(data[i:i + _BARE].strip(b"\0") for i in range(at, len(data), _BARE)):
             self.damage = f"the {_kind(data, 0)} stream is followed by something else"
         if not total and self.damage is not None:
             raise BadRecording(self.damage, where=self._name, next_step="Copy or record it again")
@@ -113,8 +114,3 @@ def _kind(data: Octets, at: int) -> str | None:
     if head.startswith(_GZIP):
         return "gzip"
     return "zstd" if head == ZSTD_MAGIC else None
-
-
-def _more(data: Octets, at: int) -> bool:
-    """True if there is anything but zeros from a place on."""
-    return any(data[begin : begin + _BARE].strip(b"\0") for begin in range(at, len(data), _BARE))

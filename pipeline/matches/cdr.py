@@ -245,8 +245,7 @@ def unpack_heights(messages: Messages) -> tuple[Heights, Bools]:
 
 def pack_options(options: npt.NDArray[np.void], channel: int) -> Messages:
     """Messages of `schemas/Option.msg` of OPTION_DTYPE [O], in order."""
-    columns = {name: options[name] for name in ("option", "robot", "team")}
-    return _whole(OPTION_HEAD, channel, options["t_ns"], **columns)
+    return _whole(OPTION_HEAD, channel, **{name: options[name] for name in OPTION_DTYPE.names or ()})
 
 
 def unpack_options(messages: Messages) -> tuple[npt.NDArray[np.void], Bools]:
@@ -254,11 +253,7 @@ def unpack_options(messages: Messages) -> tuple[npt.NDArray[np.void], Bools]:
     heads = messages.heads
     mask = _addressed(messages) & (messages.tail_bytes() == 0) & np.isin(heads["option"], (0, *OPTIONS))
     mask &= (heads["team"] < len(SIDES)) & (heads["robot"] >= 0)
-    kept = heads[mask]
-    found = np.empty(len(kept), dtype=OPTION_DTYPE)
-    found["t_ns"] = kept["log_time"]
-    for name in ("option", "robot", "team"):
-        found[name] = kept[name]
+    found = heads[mask][["log_time", "option", "robot", "team"]].astype(OPTION_DTYPE)
     return found[np.argsort(found["t_ns"], kind="stable")], mask
 
 

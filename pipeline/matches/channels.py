@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import resources
 from typing import NamedTuple
 
 import numpy as np
+import polars as pl
 from mcap.records import Channel, Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from pitchlore.pipeline.matches import cdr
+from pitchlore.pipeline.matches.messages import Messages
+from pitchlore.pipeline.numbers.arrays import Bools
+from pitchlore.schemas import Commands, Decisions, Referee, Table
 
 #: Ids of the log's channels, and of their schemas.
 FRAME, REFEREE, DECISION, COMMAND, HEIGHT, OPTION = 1, 2, 3, 4, 5, 6
@@ -52,6 +56,22 @@ TOPICS = {
     COMMAND: Topic("/command", "Commands", ("Command",), cdr.COMMANDS_HEAD),
     HEIGHT: Topic("/ball_height", "BallHeight", (), cdr.HEIGHT_HEAD),
     OPTION: Topic("/option", "Option", (), cdr.OPTION_HEAD),
+}
+
+
+class Rows(NamedTuple):
+    """Rows of a table as messages: their schema, to messages and back (with a mask), and their order."""
+
+    schema: type[Table]
+    pack: Callable[[pl.DataFrame, int], Messages]
+    unpack: Callable[[Messages], tuple[pl.DataFrame, Bools]]
+    by: tuple[str, ...]
+
+
+ROWS = {
+    REFEREE: Rows(Referee, cdr.pack_referee, cdr.unpack_referee, ("t_ns",)),
+    DECISION: Rows(Decisions, cdr.pack_decisions, cdr.unpack_decisions, ("team", "robot", "t_ns")),
+    COMMAND: Rows(Commands, cdr.pack_commands, cdr.unpack_commands, ("team", "robot", "t_ns", "command")),
 }
 
 

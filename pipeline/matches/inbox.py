@@ -17,6 +17,7 @@ from pitchlore.pipeline.matches.channels import (
     HEIGHT,
     OPTION,
     REFEREE,
+    ROWS,
     TOPICS,
     field_types,
 )
@@ -25,7 +26,6 @@ from pitchlore.pipeline.matches.messages import Collector, Messages, log_times
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, McapRecords
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
-from pitchlore.schemas import Commands, Decisions, Referee, Table
 
 T = TypeVar("T")
 
@@ -91,16 +91,15 @@ class Inbox:
 
     def referee(self, match_id: str) -> pl.DataFrame:
         """Rows of schema Referee, in order of time."""
-        return self._table(REFEREE, Referee, cdr.unpack_referee, match_id, by=("t_ns",))
+        return self._table(REFEREE, match_id)
 
     def decisions(self, match_id: str) -> pl.DataFrame:
         """Rows of schema Decisions, in its order."""
-        return self._table(DECISION, Decisions, cdr.unpack_decisions, match_id, by=("team", "robot", "t_ns"))
+        return self._table(DECISION, match_id)
 
     def commands(self, match_id: str) -> pl.DataFrame:
         """Rows of schema Commands, in its order."""
-        by = ("team", "robot", "t_ns", "command")
-        return self._table(COMMAND, Commands, cdr.unpack_commands, match_id, by=by)
+        return self._table(COMMAND, match_id)
 
     def heights(self) -> Heights:
         """The ball's heights, in order of time."""
@@ -130,15 +129,8 @@ class Inbox:
         self._skip(_malformed(topic), messages.heads["log_time"][~sound])
         return found
 
-    def _table(
-        self,
-        topic: int,
-        schema: type[Table],
-        unpack: Callable[[Messages], tuple[pl.DataFrame, Bools]],
-        match_id: str,
-        *,
-        by: tuple[str, ...],
-    ) -> pl.DataFrame:
+    def _table(self, topic: int, match_id: str) -> pl.DataFrame:
+        schema, _, unpack, by = ROWS[topic]
         rows = self._values(topic, unpack)
         table = rows.with_columns(match_id=pl.lit(match_id)).select(*schema.dtypes())
         if not schema.holds(table):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import BinaryIO
 
 import numpy as np
@@ -21,6 +20,7 @@ from pitchlore.pipeline.matches.channels import (
     HEIGHT,
     OPTION,
     REFEREE,
+    ROWS,
     TOPICS,
     declarations,
 )
@@ -30,7 +30,7 @@ from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
 from pitchlore.pipeline.matches.messages import Messages, lay_out
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.store.tables import check
-from pitchlore.schemas import Commands, Decisions, Quality, Referee, Table
+from pitchlore.schemas import Quality
 
 
 class Recorder:
@@ -66,7 +66,7 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Referee.
             BadRecording: as for :meth:`frames`.
         """
-        self._append_rows(REFEREE, events, Referee, cdr.pack_referee)
+        self._append_rows(REFEREE, events)
 
     def decisions(self, decisions: pl.DataFrame) -> None:
         """Append rows of schema Decisions; they take the match id of the log.
@@ -75,7 +75,7 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Decisions.
             BadRecording: as for :meth:`frames`.
         """
-        self._append_rows(DECISION, decisions, Decisions, cdr.pack_decisions)
+        self._append_rows(DECISION, decisions)
 
     def commands(self, commands: pl.DataFrame) -> None:
         """Append rows of schema Commands; they take the match id of the log.
@@ -84,7 +84,7 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Commands.
             BadRecording: as for :meth:`frames`.
         """
-        self._append_rows(COMMAND, commands, Commands, cdr.pack_commands)
+        self._append_rows(COMMAND, commands)
 
     def flush(self) -> None:
         """Write the pending messages as a chunk of their own, so that a killed process loses nothing."""
@@ -109,13 +109,9 @@ class Recorder:
         self._file.describe(METADATA, description_of(info or self._info, quality))
         self._file.close()
 
-    def _append_rows(
-        self, channel: int, rows: pl.DataFrame, schema: type[Table],
-        pack: Callable[[pl.DataFrame, int], Messages],
-    ) -> None:
+    def _append_rows(self, channel: int, rows: pl.DataFrame) -> None:
         if len(rows):
-            check(rows, schema, where=self._info.match_id)
-            self._append(channel, pack(rows, channel))
+            self._append(channel, _packed(channel, rows, self._info.match_id))
 
     def _append(self, channel: int, messages: Messages) -> None:
         if not len(messages):
@@ -130,6 +126,12 @@ class Recorder:
             self._file.declare(*declarations((channel,)))
         content, starts = lay_out(messages)
         self._file.append(channel, t_ns, starts, content)
+
+
+def _packed(channel: int, rows: pl.DataFrame, match_id: str) -> Messages:
+    """Rows as messages, after a check of their schema."""
+    check(rows, ROWS[channel].schema, where=match_id)
+    return ROWS[channel].pack(rows, channel)
 
 
 def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) -> None:
@@ -148,22 +150,10 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
         SchemaMismatch: if a table does not fit its schema.
         OSError: if the stream refuses a write.
     """
-    left: dict[int, Messages] = {}
-    if len(log.referee):
-        check(log.referee, Referee, where=log.info.match_id)
-        referee = log.referee.sort("t_ns", maintain_order=True)
-        left[REFEREE] = cdr.pack_referee(referee, REFEREE)
-    if len(log.decisions):
-        check(log.decisions, Decisions, where=log.info.match_id)
-        decisions = log.decisions.sort("t_ns", maintain_order=True)
-        left[DECISION] = cdr.pack_decisions(decisions, DECISION)
-    if len(log.commands):
-        check(log.commands, Commands, where=log.info.match_id)
-        left[COMMAND] = cdr.pack_commands(log.commands, COMMAND)
-    if len(log.heights.t_ns):
-        left[HEIGHT] = cdr.pack_heights(log.heights, HEIGHT)
-    if len(log.options):
-        left[OPTION] = cdr.pack_options(log.options, OPTION)
+    tables = {REFEREE: log.referee, DECISION: log.decisions, COMMAND: log.commands}
+    left = {channel: _packed(channel, rows.sort("t_ns", maintain_order=True), log.info.match_id)
+            for channel, rows in tables.items() if len(rows)}
+    left |= {HEIGHT: cdr.pack_heights(log.heights, HEIGHT), OPTION: cdr.pack_options(log.options, OPTION)}
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
     for part in log.frames.parts():
         recorder.frames(part)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numba
@@ -65,28 +64,28 @@ def without_trees(value: float) -> Trees:
     return Trees(none, none, number, none.astype(bool), none, none, number, np.array([value]))
 
 
-def rows_of(trees: Trees, names: Sequence[str]) -> Iterator[pl.DataFrame]:
-    """The columns of schema Appraisals but version and code: the base as a tree of a leaf, then the trees.
+def rows_of(trees: Trees, names: Sequence[str], version: int, code: int) -> pl.DataFrame:
+    """The columns of schema Appraisals: the base as a tree of a leaf, then the trees.
 
     Args:
         trees: they split by features.
         names: names of the features.
+        version: the same in all rows.
+        code: likewise.
     """
-    named = np.array([*names, ""])
-    edges = [*trees.start.tolist(), len(trees.left)]
-    unknown = dict.fromkeys(("feature", "threshold", "missing_left", "left", "right"))
-    yield pl.DataFrame({"tree": 0, "node": 0, **unknown, "value": trees.base})
-    for number, (first, last) in enumerate(pairwise(edges), start=1):
-        own = slice(first, last)
-        inner = pl.Series(trees.left[own] >= 0)
-        yield pl.DataFrame({
-            "tree": np.full(last - first, number), "node": np.arange(last - first),
-            "feature": named[trees.feature[own]], "threshold": trees.threshold[own],
-            "missing_left": trees.missing_left[own], "left": trees.left[own] - first,
-            "right": trees.right[own] - first, "value": trees.value[own],
-        }).with_columns(
-            pl.when(inner).then(name) for name in unknown
-        ).with_columns(value=pl.when(inner).then(0.0).otherwise("value"))
+    sizes = np.diff(trees.start, append=len(trees.left))
+    first, inner = np.repeat(trees.start, sizes), pl.Series(trees.left >= 0)
+    split = {
+        "feature": np.array([*names, ""])[trees.feature], "threshold": trees.threshold,
+        "missing_left": trees.missing_left, "left": trees.left - first, "right": trees.right - first}
+    nodes = pl.DataFrame({
+        "tree": np.repeat(np.arange(1, len(sizes) + 1), sizes), "node": np.arange(len(first)) - first,
+        **split, "value": trees.value,
+    }).with_columns(
+        *(pl.when(inner).then(name) for name in split), value=pl.when(inner).then(0.0).otherwise("value"))
+    base = pl.DataFrame({"tree": 0, "node": 0, **dict.fromkeys(split), "value": trees.base})
+    return pl.concat([base, nodes], how="vertical_relaxed").select(
+        pl.lit(version).alias("version"), pl.lit(code).alias("code"), "*")
 
 
 def trees_of(rows: pl.DataFrame) -> Trees:

@@ -168,17 +168,12 @@ class Outputs(Reading):
                 return []
             named = {self.root / record.path
                      for receipt in self.receipts(noun) for record in receipt.files.values()}
-            left = [path for path in self._content(noun)
-                    if CONTENT_FILE.search(path.name) and path not in named]
+            old = ([path for path in map(Path, listed(self.root / noun)) if path.is_file()]
+                   if self.mirror is None else self.mirror.older(self.root / noun, _OLD_S))
+            left = [path for path in old if CONTENT_FILE.search(path.name) and path not in named]
             for path in left:
                 self.drop(path)
             return left
-
-    def _content(self, noun: str) -> list[Path]:
-        """The files of a noun that are old enough to be nobody's."""
-        if self.mirror is None:
-            return [path for path in map(Path, listed(self.root / noun)) if path.is_file()]
-        return self.mirror.older(self.root / noun, _OLD_S)
 
     def _removed(self, receipts: Iterable[Receipt]) -> list[Path]:
         """The paths of receipts that are there no more."""

@@ -13,7 +13,7 @@ from conftest import SAMPLE
 from support.receipts import put_receipt, receipt_at
 from support.recordings import RSIM, bodies_of
 
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.engine.stages import STAGES
@@ -32,7 +32,7 @@ UP_TO_BEHAVIOURS = tuple(takewhile(lambda noun: noun != "decisions", STAGES.of_m
 def chain(data: Path) -> None:
     """Recording to behaviours, every file written, checked and synced."""
     store = Store(data)
-    receipt, _ = import_recording(store, Recording(file=SAMPLE))
+    receipt, *_ = take_in(store, Recording(file=SAMPLE))
     STAGES.make(store, SETTINGS, Scope(matches=(receipt.name,)), UP_TO_BEHAVIOURS)
 
 

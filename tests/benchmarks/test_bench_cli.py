@@ -12,7 +12,7 @@ from conftest import SAMPLE, clip
 from support.processes import COMMAND_LINE
 
 from pitchlore.flows.server import Keeper
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
 
@@ -34,7 +34,7 @@ COMMANDS = {
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cli")
-    import_recording(Store(folder), Recording(file=SAMPLE))
+    take_in(Store(folder), Recording(file=SAMPLE))
     return folder
 
 

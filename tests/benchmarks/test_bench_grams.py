@@ -9,7 +9,6 @@ from support.rows import sequences_of
 from pitchlore.pipeline.numbers.sums import QUANTUM
 from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.stages.behaviours.grams import grams, merge, spelt
-from pitchlore.pipeline.stages.sequences.windows import side_of
 from pitchlore.schemas import ROLES, SIDES, Goals, Situations
 
 SETTINGS = GramSettings(outcome="paper")
@@ -33,7 +32,7 @@ def valued(seed=0, situations=8_000):
     goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(SIDES, 19), "robot": None,
                           "kind": None, "origin": "referee", "confidence": None}, schema=Goals.dtypes())
     worths = pl.DataFrame({"change": rng.normal(0, 0.1, table.height), "x": 0.0, "y": 0.0})
-    found = sequences_of(table, goals, worths, SETTINGS).with_columns(who=side_of(table["team"]))
+    found = sequences_of(table, goals, worths, SETTINGS).with_columns(who=pl.col("team").to_physical().cast(pl.Int64))
     return table.hstack(found.select("follows", "value", "change", "x", "y", "who"))
 
 

@@ -11,7 +11,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
-from support.mcap_logs import frame_dict
+from support.mcap_logs import frame_dict, written
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -50,9 +50,7 @@ def log():
 
 @pytest.fixture(scope="module")
 def data(log):
-    stream = io.BytesIO()
-    matches.write(log, stream)
-    return stream.getvalue()
+    return written(log)
 
 
 @pytest.fixture(scope="module")

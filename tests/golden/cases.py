@@ -20,6 +20,7 @@ from typing import Any
 import polars as pl
 from conftest import clip
 from support import executions, played, recordings
+from support.mcap_logs import written
 
 from pitchlore.pipeline import arena, matches
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
@@ -125,9 +126,7 @@ def _log(start_s: float, end_s: float) -> MatchLog:
     buffer = io.BytesIO()
     clip(start_s, end_s).write_parquet(buffer)
     log = recordings.read(buffer.getvalue(), "clip.parquet", match_id="clip-e3b0c44298fc")
-    written = io.BytesIO()
-    matches.write(log, written)
-    return matches.read(written.getvalue(), where="clip")
+    return matches.read(written(log), where="clip")
 
 
 # --- the chain: each stage from what the stages before it made of a clip ---------------------------
@@ -290,11 +289,9 @@ def confusion() -> Golden:
 
 def write_log() -> None:
     """Write the log of :func:`log` anew."""
-    buffer = io.BytesIO()
-    matches.write(_log(1.0, 4.0), buffer, chunk_bytes=16_384)
     path = HERE / "matches" / "rsim-3s.mcap"
     path.parent.mkdir(exist_ok=True)
-    path.write_bytes(buffer.getvalue())
+    path.write_bytes(written(_log(1.0, 4.0), chunk_bytes=16_384))
 
 
 def _digest(*texts: str) -> str:

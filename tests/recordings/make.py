@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 from support import ssl_messages as ssl
+from support.mcap_logs import written
 from support.tracking import parquet
 
-from pitchlore.pipeline import matches
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.packets.recorder import Packet, PacketRecorder
 from pitchlore.pipeline.importers.rows import Event, pack, referee
@@ -305,9 +305,7 @@ def ssl_tracked() -> bytes:
 
 def mcap() -> bytes:
     """The sketch in our own log."""
-    out = io.BytesIO()
-    matches.write(sketch(), out)
-    return out.getvalue()
+    return written(sketch())
 
 
 #: What makes each file, by its path in this folder.

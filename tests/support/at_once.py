@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.catalog import forget_match, refresh
 from pitchlore.pipeline.engine.costs import Spent
 from pitchlore.pipeline.engine.games import Turn, done, take_game
 from pitchlore.pipeline.engine.making import Outcome, make
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
@@ -50,7 +50,7 @@ def run(store: Store) -> str:
 def bring_in(store: Store) -> str:
     """Import the recordings of the folder beside the data folder."""
     for file in sorted((store.root.parent / "recordings").iterdir()):
-        import_recording(store, Recording(file=file))
+        take_in(store, Recording(file=file))
     refresh(store)
     return "imported"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from support import at_once
 
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
@@ -19,7 +19,7 @@ def brought(store: Store, recordings: Path) -> None:
     """Import the recordings, and run every stage."""
     store.catch_up()
     for file in sorted(recordings.iterdir()):
-        import_recording(store, Recording(file=file))
+        take_in(store, Recording(file=file))
     at_once.run(store)
 
 

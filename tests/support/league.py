@@ -9,7 +9,7 @@ import pytest
 from conftest import clip
 from support.sessions import once
 
-from pitchlore.pipeline.engine.matches import import_recording
+from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
@@ -31,7 +31,7 @@ def league(folder: Path) -> Store:
             table = table.with_columns(pl.col("team").replace("yellow", HOSTILE))
         (folder / "inbox").mkdir(parents=True, exist_ok=True)
         table.write_parquet(folder / "inbox" / f"{name}.parquet")
-        import_recording(store, Recording(file=folder / "inbox" / f"{name}.parquet"))
+        take_in(store, Recording(file=folder / "inbox" / f"{name}.parquet"))
     bring(store)
     return store
 

@@ -37,7 +37,7 @@ from pitchlore.pipeline.stages.behaviours.grams import grams, merge, spelt
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
 from pitchlore.pipeline.stages.goals import attribute
 from pitchlore.pipeline.stages.sequences.derive import value
-from pitchlore.pipeline.stages.sequences.windows import followed, owned_by, side_of
+from pitchlore.pipeline.stages.sequences.windows import codes_of, followed, keys_of, role_of
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.stages.values import models
@@ -235,14 +235,13 @@ def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame
     """The grams of one length of all sides, each side of a match by itself, with their estimated values."""
     found = []
     for part in parts:
-        sequence = followed(part, GramSettings().gap_s).with_columns(who=side_of(part["team"]))
+        sequence = followed(part, GramSettings().gap_s).with_columns(
+            who=pl.col("team").to_physical().cast(pl.Int64))
         if outcome == "paper":
             sequence = sequence.with_columns(change=pl.lit(None, dtype=pl.Float64))
         of_sides = grams(sequence, n)
-        found.append(
-            of_sides.with_columns(
-                key=owned_by(np.zeros(of_sides.height, np.int64), of_sides["key"].to_numpy()))
-        )
+        key = of_sides["key"].to_numpy()
+        found.append(of_sides.with_columns(key=keys_of(role_of(key), codes_of(key, n))))
     return valued(spelt(merge(found), n), shrink=True)
 
 

@@ -15,7 +15,7 @@ import polars as pl
 from pitchlore.pipeline.importers.rcg.lines import COUNTED, PLACES, ParsedLines
 from pitchlore.pipeline.importers.rows import pack
 from pitchlore.pipeline.matches.frame import Frames, wrap
-from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import I64, Bools
 from pitchlore.schemas import Commands
 from pitchlore.schemas.commands import COMMANDS
 from pitchlore.schemas.table import named
@@ -62,7 +62,7 @@ def shown_frames(record: ParsedLines, players: Players) -> Frames:
     t_ns = np.array(record.ticks, dtype=np.int64) * (record.server.step_ms * 1_000_000)
     ball = np.array(record.balls, dtype="S").astype(np.float64)
     there = players.there
-    x, y, vx, vy, body = (_floats(column)[there] for column in players.body)
+    x, y, vx, vy, body = np.array(players.body, dtype="S").astype(np.float64)[:, there]
     return pack(
         np.array(record.numbers, dtype=np.uint32),
         t_ns,
@@ -78,10 +78,6 @@ def shown_frames(record: ParsedLines, players: Players) -> Frames:
             "theta": wrap(-np.radians(body)),
         },
     )
-
-
-def _floats(column: tuple[bytes, ...]) -> F64:
-    return np.array(column, dtype="S").astype(np.float64)
 
 
 def commands_of(record: ParsedLines, players: Players, t_ns: I64, match_id: str) -> pl.DataFrame:

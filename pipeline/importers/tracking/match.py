@@ -356,10 +356,7 @@ def _options(rows: _Rows, name: str) -> tuple[npt.NDArray[np.void], list[Flaw]]:
         flaws = [Flaw("skipped", f"{what}: taken for not logged", len(wrong))]
     robots = robots.with_columns(option=robots["option"].set(~known, 0).fill_null(0).cast(pl.Int16))
     changes = robots.filter(pl.col("option") != pl.col("option").shift(fill_value=0).over("team", "robot"))
-    found = np.empty(len(changes), dtype=OPTION_DTYPE)
-    for column in changes:
-        found[column.name] = column.to_numpy()
-    return found, flaws
+    return changes.to_numpy(structured=True).astype(OPTION_DTYPE), flaws
 
 
 def _frames(rows: _Rows) -> Frames:

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import F64, I64
 from pitchlore.pipeline.stages.events.control import Control
 from pitchlore.pipeline.stages.events.views import place, tabled, towards
 from pitchlore.schemas import SIDES, Passes
@@ -42,7 +42,7 @@ def passes(control: Control, trajectories: pl.DataFrame, pitch: Pitch) -> pl.Dat
         "receiver": robot[there],
         "x": x, "y": y, "to_x": to_x, "to_y": to_y,
         "direction": np.array(DIRECTIONS)[_quarter(to_x - x, to_y - y)],
-        "through": _through(x, to_x, line, share),
+        "through": (to_x - x > _FORWARD * share) & (to_x > _DEEP * share) & (to_x > line),
     })
 
 
@@ -50,10 +50,6 @@ def _quarter(dx: F64, dy: F64) -> I64:
     """The quarter of a way, index into DIRECTIONS."""
     angle = np.degrees(np.arctan2(dy, dx))
     return np.select([np.abs(angle) <= 45, np.abs(angle) >= 135, angle > 0], [0, 2, 1], 3)
-
-
-def _through(x: F64, to_x: F64, line: F64, share: float) -> Bools:
-    return (to_x - x > _FORWARD * share) & (to_x > _DEEP * share) & (to_x > line)
 
 
 def _offside(trajectories: pl.DataFrame, t_ns: I64, team: I64) -> F64:

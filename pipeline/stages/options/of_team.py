@@ -59,8 +59,8 @@ def team_habits(
                        if row["windows"] > 0 and row["share"] >= settings.least_share])
     whole, schema = _of_all_options(grown, observation, settings), pl.Schema(HabitTrees.dtypes())
     return known, pl.concat([
-        part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
-        for code, trees in zip(OPTIONS, whole, strict=True) for part in rows_of(trees, list(SIGHT))])
+        rows_of(trees, list(SIGHT), version, code).cast(schema)
+        for code, trees in zip(OPTIONS, whole, strict=True)])
 
 
 def _of_all_options(grown: dict[int, Trees], observation: F32, settings: HabitSettings) -> list[Trees]:

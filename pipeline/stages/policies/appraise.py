@@ -109,8 +109,7 @@ def _rows_of_all(
     """Rows of schema Appraisals: each action's trees, and after them its habit's, times a weight."""
     schema = pl.Schema(Appraisals.dtypes())
     rows = [Appraisals.empty(), *(
-        part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
-        for code, trees in grown.items() for part in rows_of(trees, list(SIGHT)))]
+        rows_of(trees, list(SIGHT), version, code).cast(schema) for code, trees in grown.items())]
     if habits is not None:
         after = {code: 1 + len(trees.start) for code, trees in grown.items()}
         place = pl.col("code").cast(pl.Int32).replace_strict(after, default=0, return_dtype=pl.Int32)

@@ -18,7 +18,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import I16, I64, Bools
-from pitchlore.schemas import ROLES, SIDES
+from pitchlore.schemas import ROLES
 
 #: Longest gram: four codes of eight bits, below the role, in one key.
 LONGEST = 4
@@ -77,11 +77,6 @@ def keys_of(
     return own if who is None else own + who * _OWNER
 
 
-def owned_by(who: I64, key: I64) -> I64:
-    """The keys [W] as those of other owners [W]."""
-    return key % _OWNER + who * _OWNER
-
-
 def owner_of(key: I64) -> I64:
     """The owner of each key, int64 [W]."""
     return key // _OWNER
@@ -97,11 +92,6 @@ def codes_of(key: I64, n: int) -> I16:
     packed = key & _CODES_MASK
     shifts = _CODE_BITS * np.arange(n - 1, -1, -1)
     return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
-
-
-def side_of(column: pl.Series) -> I64:
-    """Index of each side in ``schemas.SIDES``, int64 [S]."""
-    return column.cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
 
 
 def followed(situations: pl.DataFrame, gap_s: float) -> pl.DataFrame:

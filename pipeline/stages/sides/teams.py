@@ -110,17 +110,3 @@ def of_teams(table: pl.DataFrame, own: pl.DataFrame) -> pl.DataFrame:
     return table.with_columns(pl.col("team").cast(pl.String)).join(
         who, left_on=("match_id", "team"), right_on=("match_id", "side"), maintain_order="left",
     ).with_columns(team="counts_as").drop("counts_as")
-
-
-def of_sides(table: pl.DataFrame, own: pl.DataFrame) -> pl.DataFrame:
-    """Rows of teams as rows of the sides of one match.
-
-    Args:
-        table: has columns team and kind.
-        own: rows of schema Sides of one match.
-
-    Returns:
-        The rows of the teams that play, once for each side that counts for them, with column side.
-    """
-    who = own.drop_nulls("counts_as").select("side", "kind", team="counts_as")
-    return table.join(who, on=("team", "kind"), maintain_order="left_right")

@@ -81,7 +81,8 @@ class Recogniser:
                 self._segment = self._segment or _Segment(number)
                 self._go_on(self._segment, part, distances, start, end)
             self._see(part, end)
-        return _sorted(pl.concat(settled)) if settled else Situations.empty()
+        found = pl.concat([Situations.empty(), *settled])
+        return found.sort("team", "robot", "start_ns", maintain_order=True)
 
     def open(self) -> pl.DataFrame:
         """Rows of schema Situations of the open segment, as they are if the match ends here; sorted."""
@@ -243,7 +244,3 @@ class _Segment:
 
 def _bodies(part: DenseMatch) -> list[_Body]:
     return list(zip(part.team.tolist(), part.robot.tolist(), strict=True))
-
-
-def _sorted(found: pl.DataFrame) -> pl.DataFrame:
-    return found.sort("team", "robot", "start_ns", maintain_order=True)

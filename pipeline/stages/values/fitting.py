@@ -75,7 +75,7 @@ def _fit(
     fold = folds_of(known, matches, settings.folds, block_ns)
     features, scores = features_of(known), known["scores"].to_numpy()
     parts = [(features[fold != f], scores[fold != f]) for f in range(settings.folds)]
-    if not all(_both(left) for _, left in parts):
+    if not all(left.any() and not left.all() for _, left in parts):
         return None, report
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {}
     if ready is not None:
@@ -138,10 +138,6 @@ def _goals(moments: pl.DataFrame) -> int:
     """Goals among the moments: segments that end with one for either team."""
     scored = moments.filter(pl.col("scores"))
     return scored.select("match_id", "segment", "team").unique().height
-
-
-def _both(scores: Bools) -> bool:
-    return bool(scores.any() and not scores.all())
 
 
 def _platt(logits: F64, scores: Bools) -> F64:
