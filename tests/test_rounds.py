@@ -91,7 +91,7 @@ def test_all_at_once(found):
 @given(leagues, st.randoms(use_true_random=False))
 @settings(max_examples=10)
 def test_any_order_and_chunks(found, random):
-    """Neither the order of the matches, nor the chunks, nor reading them again for each round makes a difference."""
+    """Neither order, nor chunks, nor reading again make a difference; decisions are those of each match by itself."""
     tables, sides = league_of(found)
     whole = learn(tables.values, sides, ANY)
     shuffled = list(tables.values())
@@ -100,30 +100,17 @@ def test_any_order_and_chunks(found, random):
         patch.setattr(league, "_CHUNK", 10)
         patch.setattr(league, "_KEPT", 15)
         again = learn(lambda: shuffled, sides, ANY)
+        together = all_decisions(lambda: shuffled, sides, whole.patterns, Choices.empty())
     assert_frame_equal(again.patterns, whole.patterns, check_exact=True)
     assert_frame_equal(again.grams, whole.grams, check_exact=True)
     assert again.reports == whole.reports
     for n, maps in whole.maps.items():
         for team, som in maps.items():
             assert np.array_equal(som.weights, again.maps[n][team].weights)
-
-
-@pytest.mark.slow
-@given(leagues, st.randoms(use_true_random=False))
-@settings(max_examples=10)
-def test_decisions(found, random):
-    """All matches at once, in any order and in any chunks, give the decisions of each match by itself."""
-    tables, sides = league_of(found)
-    patterns = learn(tables.values, sides, ANY).patterns
     alone = []
     for name, table in tables.items():
-        known = pl.concat([patterns.filter(**team._asdict()).with_columns(who=pl.lit(SIDES.index(side), pl.Int64)) for side, team in sides[name].items()])
+        known = pl.concat([whole.patterns.filter(**team._asdict()).with_columns(who=pl.lit(SIDES.index(side), pl.Int64)) for side, team in sides[name].items()])
         alone.append(observed_decisions(table.with_columns(who=pl.col("team").to_physical().cast(pl.Int64)), known))
-    shuffled = list(tables.values())
-    random.shuffle(shuffled)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(league, "_CHUNK", 10)
-        together = all_decisions(lambda: shuffled, sides, patterns, Choices.empty())
     assert_frame_equal(together, pl.concat([Decisions.empty(), *(part.cast(pl.Schema(Decisions.dtypes())) for part in alone)]), check_exact=True)
 
 
