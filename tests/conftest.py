@@ -231,13 +231,10 @@ def derby(tmp_path) -> Path:
     return tmp_path / "derby.csv"
 
 
-CLIPS = {"early": (0.0, 60.0), "late": (290.0, 350.0)}
-
-
 @pytest.fixture(scope="session")
 def clips(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("clips")
-    for name, (start, end) in CLIPS.items():
+    for name, (start, end) in {"early": (0.0, 60.0), "late": (290.0, 350.0)}.items():
         clip(start, end).write_parquet(folder / f"{name}.parquet")
     return folder
 

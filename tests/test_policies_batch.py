@@ -31,13 +31,8 @@ def play(store, match, reward=1.0, *, chosen=True, team="home"):
     store.commit(Work("sides", match, {}, version=1),
                  Made([(sides, Sides)], details={"kind": "vsss", "counts_as": ["us", "them"]}))
     reported = {"sha256": decision_digests(table)[match], "choosing": [team] if chosen else []}
-    return store.commit(Work("decisions", group_of(match), {"reward": reward, "chosen": chosen, "team": team}, version=1),
+    return store.commit(Work("decisions", f"group-{match}", {"reward": reward, "chosen": chosen, "team": team}, version=1),
                         Made([(table, Decisions)], details={"matches": {match: reported}}))
-
-
-def group_of(match):
-    """The group of a match: in these tests each has one of its own."""
-    return f"group-{match}"
 
 
 def know(store, *receipts, accumulate, imitates="us"):

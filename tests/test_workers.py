@@ -8,6 +8,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import polars as pl
 import pytest
 from support.processes import alive, eventually
 
@@ -21,12 +22,6 @@ HERE = Path(__file__).parent
 
 def number(add=0):
     return os.getpid() + add
-
-
-def threads_of_polars():
-    import polars
-
-    return polars.thread_pool_size()
 
 
 def die():
@@ -85,7 +80,7 @@ def test_processes_share_the_cores(monkeypatch):
     monkeypatch.delenv("POLARS_MAX_THREADS")
     monkeypatch.setattr("pitchlore.pipeline.engine.placement.executors.cores", lambda: 6)
     with Processes(3) as workers:
-        assert workers.run(threads_of_polars) == 2
+        assert workers.run(pl.thread_pool_size) == 2
 
 
 #: What a process is made to do for ever, by who made it: a command, or `serve` (as Prefect does it).
