@@ -33,7 +33,13 @@ from pitchlore.pipeline.engine.imitations import settings_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
-from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, OptionSettings, Settings
+from pitchlore.pipeline.settings import (
+    GramSettings,
+    HabitSettings,
+    KnowledgeSettings,
+    OptionSettings,
+    Settings,
+)
 from pitchlore.pipeline.stages.options.of_team import team_habits
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store import Store
@@ -51,6 +57,8 @@ RECORDED, PAIRS, SECONDS, FIRST_RECORDED, FIRST_PLAYED = (5, 10, 30), 25, 480.0,
 NAME = "demonstrator"
 #: Words of teams that no data folder has: a policy that is kept as tables, a network that tells wheels.
 TABLES, WHEELS = "tables", "wheels"
+#: The word of the copy whose knowledge was emptied: it is offered nothing, whatever team it would copy.
+EMPTIED = "emptied"
 #: Tables of a policy that no data folder has.
 _KEPT = ("policies", "appraisals")
 FOLDER = Path(__file__).parent
@@ -83,6 +91,8 @@ class Job(NamedTuple):
     def _entrant(self, policies: dict[str, PolicyTables]) -> TeamSettings:
         if self.team == WHEELS:
             return TeamSettings(kind="remote")
+        if self.team == EMPTIED:
+            return TeamSettings(kind="learned")
         if self.team != TABLES:
             return entrant(Store(Path(self.data)), self.team, policies).settings
         policies[TABLES] = PolicyTables(*(
@@ -144,6 +154,9 @@ class Study(NamedTuple):
             files = [path for _, path in self.recordings(team, False)[:count]]
             usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
             yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, usual)
+            done = usual.model_copy(update={
+                "options": OptionSettings(recover=True), "grams": GramSettings(of="options")})
+            yield "behaviours of options, Sarsa", count, *self._run(team, f"done-{count}", files, done)
         most = self.recorded[-1]
         yield "copy, clues shuffled", most, *self._shuffled(team)
         if team in LOGS_OPTIONS:
@@ -227,6 +240,7 @@ def main(study: Study, out: Path = FOLDER, teams: Sequence[str] = TEAMS) -> pl.D
     """Play what is missing, and write the table."""
     rows: list[dict[str, object]] = []
     with going_on(out, __file__) as parts, workers() as pool:
+        rows.append(row(study, parts, pool, "any", "copy, knowledge emptied", 0, study.data, EMPTIED))
         for team in teams:
             for noisy in (False, True):
                 list(pool.map(recorded, *zip(*study.recordings(team, noisy), strict=True)))
