@@ -29,7 +29,7 @@ from pitchlore.pipeline.engine.outputs import match_names, need, table_of
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.stage import Per, Scope
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.starts import begin_season
+from pitchlore.pipeline.engine.starts import OF_POLICIES, begin_season
 from pitchlore.pipeline.engine.teams import labelled, load_rival
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.stages.seasons.settings import Season
@@ -57,8 +57,6 @@ NOUN = "seasons"
 LEFT = "left"
 #: Plays a match for a store, unless that has it (:func:`pipeline.engine.record.record`).
 MatchRecorder = Callable[[Store, Recipe, Mapping[str, PolicyTables]], object]
-#: What is kept of the games of a season that is to leave little behind.
-_KEPT = ("sides", "sequences", "decisions")
 
 
 def store_of(data: Path, season: Season) -> Store:
@@ -139,8 +137,8 @@ def learn_from_game(
     if discard:
         # with what an earlier game has left, if its process was killed at this point
         for name in match_names(own):
-            forget_outputs(own, name, [noun for noun in STAGES.nouns(Per.MATCH) if noun not in _KEPT])
-        forget_outputs(own, group, [noun for noun in STAGES.nouns(Per.GROUP) if noun not in _KEPT])
+            forget_outputs(own, name, [noun for noun in STAGES.nouns(Per.MATCH) if noun not in OF_POLICIES])
+        forget_outputs(own, group, [noun for noun in STAGES.nouns(Per.GROUP) if noun not in OF_POLICIES])
 
 
 def _commit(

@@ -16,7 +16,7 @@ from pitchlore.pipeline.stages.seasons.settings import SeasonSettings, StartingT
 from pitchlore.pipeline.store import Store
 
 #: What policies need of matches, besides the versions.
-_OF_MATCHES = ("sides", "sequences", "decisions")
+OF_POLICIES = ("sides", "sequences", "decisions")
 
 
 def start_of(store: Store, word: str, settings: SeasonSettings) -> StartingTeam:
@@ -60,7 +60,7 @@ def begin_season(store: Store, own: Store, start: StartingTeam) -> None:
     imitating = imitation_of(store, start.word.removeprefix(PREFIX))
     versions = {noun: imitating.version_folder(noun, imitating.manifest(noun, version).version)
                 for noun, version in (("knowledge", start.knowledge), ("policies", start.policy))}
-    for noun in _OF_MATCHES:
+    for noun in OF_POLICIES:
         shutil.copytree(imitating.root / noun, own.root / noun, dirs_exist_ok=True)
     for noun, folder in versions.items():  # the policy is last: what was cut short is done anew
         (own.root / noun).mkdir(parents=True, exist_ok=True)

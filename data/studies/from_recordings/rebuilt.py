@@ -31,13 +31,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from from_recordings.study import FOLDER, SEASONS, TEAMS, Job, Study, recorded
+from from_recordings.study import FOLDER, SEASONS, TEAMS, Job, Study, lead_in, recorded
 from harness import ROOT, Parts, going_on, of_pairs, seasons, workers
 from scipy.stats import rankdata, spearmanr
 from scout.teams_apart import DESCRIPTIONS, MATCHES, MINUTES
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.teams import entrant
@@ -90,11 +89,7 @@ def lead(duel: Duel) -> int:
              for side in (duel.policy, duel.rival)]
     home, away = teams[::-1] if duel.away else teams
     recipe = Recipe(home=home, away=away, seed=duel.seed, referee=RefereeSettings(duration_s=duel.seconds))
-    match = MatchInPlay(recipe, controllers_of(recipe, policies), logged=False)
-    while match.advance(4096):
-        pass
-    ours, theirs = match.score
-    return theirs - ours if duel.away else ours - theirs
+    return lead_in(recipe, controllers_of(recipe, policies), away=duel.away)
 
 
 class Rebuilt(NamedTuple):

@@ -119,11 +119,16 @@ def ahead(job: Job) -> int:
     """Goals that the team was ahead by."""
     policies: dict[str, PolicyTables] = {}
     recipe = job.recipe(policies)
-    match = MatchInPlay(recipe, controllers_of(recipe, policies, job.live(recipe)), logged=False)
+    return lead_in(recipe, controllers_of(recipe, policies, job.live(recipe)), away=job.away)
+
+
+def lead_in(recipe: Recipe, controllers: tuple[Controller, Controller], *, away: bool) -> int:
+    """Goals that a side was ahead by, in a match that is played."""
+    match = MatchInPlay(recipe, controllers, logged=False)
     while match.advance(4096):
         pass
-    home, away = match.score
-    return away - home if job.away else home - away
+    ours, theirs = match.score[::-1] if away else match.score
+    return ours - theirs
 
 
 class Study(NamedTuple):

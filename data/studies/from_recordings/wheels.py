@@ -26,12 +26,12 @@ from numba import njit
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import Controller, measures_of
 from pitchlore.pipeline.arena.match.recipe import Recipe
-from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, see
+from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
 from pitchlore.pipeline.settings import OptionSettings, TrajectorySettings
-from pitchlore.pipeline.stages.options.windows import Bodies, bodies
+from pitchlore.pipeline.stages.options.windows import Bodies, bodies, views_of
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
 #: Numbers that a robot's wheels are told from.
@@ -117,15 +117,6 @@ def playing(match: Bodies) -> Bools:
 def _needed(match: Bodies) -> Bools:
     """The numbers of places that have to be known: of bodies that are there; the ball has no heading."""
     return np.asarray(np.isfinite(match.places[:, :, :3]).any(axis=0, keepdims=True))
-
-
-@njit(cache=True, nogil=True)
-def views_of(places: F64, team: int) -> F64:
-    """Bodies at all samples as a team sees them, float64 [T, 1 + 2 N, 6]."""
-    out = np.empty_like(places)
-    for t in range(len(places)):
-        see(places[t], team, 1.0 if team == 0 else -1.0, out[t])
-    return out
 
 
 def samples(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings, first: int = 0) -> Samples:

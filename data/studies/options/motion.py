@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 from from_recordings.study import NAME, Study
-from from_recordings.wheels import Clone, by_steps, fit, joined, measured, playing, samples, views_of
+from from_recordings.wheels import Clone, by_steps, fit, joined, measured, playing, samples
 from harness import ROOT, SAMPLE, read
 from options.rolling import AHEAD, FRAMES, HZ, Moments, by_option, by_velocity, by_wheels
 
@@ -34,7 +34,7 @@ from pitchlore.pipeline.settings import HabitSettings, OptionSettings, Trajector
 from pitchlore.pipeline.stages.options.likelihood import shipped_ratios
 from pitchlore.pipeline.stages.options.of_team import habits, probabilities
 from pitchlore.pipeline.stages.options.recover import options
-from pitchlore.pipeline.stages.options.windows import Bodies, bodies
+from pitchlore.pipeline.stages.options.windows import Bodies, bodies, views_of
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import SIDES, Clues

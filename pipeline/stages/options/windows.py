@@ -141,7 +141,7 @@ def windows_of(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings)
     at = starts(match.segment, ~np.isnan(match.places[:, BALL, X]), samples)
     begins = np.zeros(len(match.t_ns), dtype=np.bool_)
     begins[at] = True
-    views = _views(match.places, team)
+    views = views_of(match.places, team)
     told = commanded(views, begins, packed)
     unseen = np.cumsum(np.isnan(told.rims[:, :, 0]), axis=0)
     lost = np.concatenate([np.zeros((1, unseen.shape[1]), dtype=unseen.dtype), unseen])
@@ -158,7 +158,7 @@ def windows_of(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings)
 
 
 @njit(cache=True, nogil=True)
-def _views(places: F64, team: int) -> F64:
+def views_of(places: F64, team: int) -> F64:
     """Bodies at all samples as a team sees them, float64 [T, 1 + 2 N, 6]."""
     out = np.empty_like(places)
     for t in range(len(places)):

@@ -106,7 +106,8 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
         "team": copied.team, "version": manifest.version, "word": word, "quoted": shlex.quote(word),
         "shell_name": shlex.quote(copied.team.name),
         "learned": len(learned),
-        "windows": None if knowledge is None else knowledge.details["habits"]["windows"],
+        # versions from before habits were knowledge do not say it
+        "windows": None if knowledge is None else knowledge.details.get("habits", {}).get("windows"),
         "roles": _options(own, copied.team, manifest, learned), "shares": _known(own, knowledge),
         "originals": len(copied.originals),
         "copies": len(copied.copies), "by_chance": _by_chance(copied.copies),
