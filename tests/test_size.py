@@ -29,10 +29,10 @@ CORE = {
     "engine": ("pipeline/engine/**/*.py",),
     "face": ("pipeline/face/**/*.py",),
 }
-#: Files of these rooms that no recording needs: of buckets, of clusters, and of matches that are played.
+#: Files of these rooms that no recording needs: of buckets, of clusters, of matches that are played, of plans.
 BESIDE = (
     "pipeline/store/buckets.py", "pipeline/store/mirrors.py", "pipeline/engine/placement/cluster.py",
-    *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms", "starts", "teams")),
+    *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms", "starts", "teams", "planning")),
     "pipeline/face/environments.py",
 )
 

@@ -42,6 +42,7 @@ def run(
     train: bool = True,
     isolate: Flag = False,
     flow: Flag = False,
+    plan: Flag = False,
     on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -56,11 +57,18 @@ def run(
         train: Train a policy when the knowledge is new.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         flow: Run as a Prefect flow. Without a server the data folder's is started, and ends with the run.
+        plan: Change nothing: print which outputs would be made, why, and what they would cost by the log.
         on: Where work is done.
-        json: Print the report as JSON.
+        json: Print the report as JSON, or the plan.
         common: Options of every command.
     """
-    store, chosen = common.store, _restricted(common.settings(settings), kind, team)
+    chosen = _restricted(common.settings(settings), kind, team)
+    if plan:
+        from pitchlore.flows.commands.planned import print_plan  # noqa: PLC0415 (it loads the importers)
+
+        print_plan(common.existing, chosen, train=train, json=json)
+        return
+    store = common.store
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_up_to_date(
         store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history,

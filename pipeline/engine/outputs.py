@@ -42,11 +42,8 @@ class refusing:  # noqa: N801 (a context manager is used like a function)
 
 def digests(receipts: Mapping[str, Sequence[Receipt]]) -> dict[str, str]:
     """SHA-256 of all files of some outputs, labelled ``noun/name/role``."""
-    found: dict[str, str] = {}
-    for each in receipts.values():
-        for receipt in each:
-            found |= receipt.digests()
-    return found
+    return {label: sha256 for each in receipts.values() for receipt in each
+            for label, sha256 in receipt.digests().items()}
 
 
 def need(store: Store, noun: str, name: str) -> Receipt:

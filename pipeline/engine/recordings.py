@@ -78,6 +78,11 @@ def inbox(store: Store) -> list[Recording]:
     for file in store.abandoned(WATCHING):
         with suppress(FileNotFoundError):  # another run has moved it
             store.moved(file, INBOX)
+    return waiting(store)
+
+
+def waiting(store: Store) -> list[Recording]:
+    """Recordings in the inbox with their maps, then abandoned logs, as they are; nothing is moved."""
     left = [Recording(file=file) for file in store.abandoned(PLAYING)]
     return [recording for recording in _dropped(store) if _is_inside(recording, store)] + left
 

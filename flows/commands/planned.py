@@ -1,0 +1,77 @@
+"""The plan of a run, printed: ``pitchlore run --plan``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import polars as pl
+
+from pitchlore.flows.commands.printing import console, print_frame, print_json
+from pitchlore.pipeline.engine.planning import RunPlan, StagePlan, run_plan
+from pitchlore.pipeline.settings import RunSettings
+from pitchlore.pipeline.store import Store
+
+#: Outputs that are named for each reason; the others are counted.
+_NAMED = 3
+
+
+def print_plan(store: Store, settings: RunSettings, *, train: bool, json: bool) -> None:
+    """Print the work that a run would do, for people or as JSON.
+
+    Raises:
+        StorageFailed: if the data folder's bucket cannot be reached.
+    """
+    found = run_plan(store, settings, settings.imports, train=train)
+    if json:
+        print_json(found.model_dump(mode="json"))
+        return
+    print_frame(pl.DataFrame([_row(stage) for stage in found.stages], infer_schema_length=None))
+    out = console()
+    for why, nouns in _reasons(found.stages).items():
+        out.print(f"{why}: {', '.join(nouns)}", soft_wrap=True, highlight=False)
+    for note in found.notes:
+        out.print(note, soft_wrap=True, highlight=False)
+    out.print(_cost(found), soft_wrap=True, highlight=False)
+
+
+def _row(stage: StagePlan) -> dict[str, object]:
+    sure = sum(one.sure for one in stage.todo)
+    return {
+        "stage": stage.noun, "made from": ", ".join(stage.inputs) or "recordings", "fresh": stage.fresh,
+        "to make": sure, "perhaps": len(stage.todo) - sure,
+        "each, s": None if stage.each_s is None else round(stage.each_s, 3),
+        "s": round(stage.work_s(sure=True), 2), "perhaps, s": round(stage.work_s(sure=False), 2),
+    }
+
+
+def _reasons(stages: Iterable[StagePlan]) -> dict[str, list[str]]:
+    """The stages with outputs to make, by reason and outputs; the first of these are named."""
+    found: dict[str, list[str]] = {}
+    for stage in stages:
+        names: dict[str, list[str]] = {}
+        for one in stage.todo:
+            names.setdefault(f"{one.detail}{'' if one.sure else ' (perhaps)'}", []).append(one.name)
+        for why, of in names.items():
+            more = f" and {len(of) - _NAMED} more" if len(of) > _NAMED else ""
+            found.setdefault(f"{', '.join(of[:_NAMED])}{more}: {why}", []).append(stage.noun)
+    return found
+
+
+def _cost(found: RunPlan) -> str:
+    """The line on the cost of a plan."""
+    outputs = [one.sure for stage in found.stages for one in stage.todo]
+    if not outputs:
+        return "Nothing to make: every receipt holds. Nothing was changed."
+    sure, perhaps = found.work_s
+    line = f"To make: {_outputs(sum(outputs))}, {sure:.1f} s of work"
+    if not all(outputs):
+        line += (f"; perhaps {_outputs(outputs.count(False))} more, {perhaps:.1f} s, "
+                 "if what they are made from comes out with other bytes")
+    line += f". The cost is by {found.runs} runs in the log"
+    if found.unpriced:
+        line += f", which do not tell that of {', '.join(found.unpriced)}"
+    return f"{line}. Nothing was changed."
+
+
+def _outputs(count: int) -> str:
+    return f"{count} output{'' if count == 1 else 's'}"
