@@ -533,9 +533,9 @@ class ImportSettings(Frozen):
         robots: robots of a team.
         goals: goals of a match, those that were taken back counted twice.
         isolate: whether each recording is read in a process of its own, so that one that brings its reader
-            down stops nothing. None: only under ``pitchlore serve``.
-        seconds: how long that process may take.
-        memory_megabytes: how much memory that process may take.
+            down stops nothing. None: only under ``pitchlore serve``. Football always is.
+        seconds: how long that process may take; football's four times as long.
+        memory_megabytes: how much memory that process may take; football's four times as much.
     """
 
     megabytes: int = Field(default=1024, ge=1, le=_LARGEST)

@@ -1,5 +1,8 @@
 """Football's recordings, as kloppy reads them: sizes, places, numbers, heights, states and refusals."""
 
+import codecs
+import gzip
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+import zstandard
 from football.skillcorner import FILES, MATCH, source_of
 from support import recordings
 from support.football import NEEDS_KLOPPY, RECORDINGS, shipped
@@ -14,8 +18,8 @@ from support.mcap_logs import written
 from support.recordings import assert_sound
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.base.errors import BadRecording, NotFound
-from pitchlore.pipeline.engine.matches import take_in
+from pitchlore.pipeline.base.errors import BadRecording, NotFound, PitchloreError
+from pitchlore.pipeline.engine.matches import read_recording, take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.football.dataset import match_of_dataset
@@ -23,6 +27,7 @@ from pitchlore.pipeline.importers.football.providers import PROVIDERS, dataset_o
 from pitchlore.pipeline.importers.football.squad import UNNUMBERED, Stay, shirt_numbers
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.matches.frame import Heights
+from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches
 
@@ -188,11 +193,140 @@ def test_command(call, tmp_path) -> None:
     assert "--map" in err
 
 
+# --- XML that means harm ----------------------------------------------------------------------------
+
+#: Documents that a stranger writes; a harmless one is the last.
+DTD = '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]>'
+HARM = [DTD, DTD.lower(), "<!-- first -->\n" + DTD, '<?pi ?><!DOCTYPE a SYSTEM "pipe">', "<!ENTITY x 'xxx'>"]
+PLAIN = '<a name="Müller">&#60;!ENTITY</a>'
+#: How a document is encoded, and whether that is read.
+ENCODED = {
+    "UTF-8": (lambda text: text.encode(), True),
+    "its mark": (lambda text: text.encode("utf-8-sig"), True),
+    "declared": (lambda text: ('<?xml version="1.0" encoding="utf-8" standalone="no" ?>' + text).encode(), True),
+    "UTF-16": (lambda text: text.encode("utf-16"), True),
+    "UTF-16 BE, declared": (lambda text: codecs.BOM_UTF16_BE + ("<?xml version='1.0' encoding='UTF-16'?>" + text).encode("utf-16-be"), True),
+    "UTF-16 LE": (lambda text: text.encode("utf-16-le"), True),
+    "UTF-16 BE": (lambda text: text.encode("utf-16-be"), True),
+    "UTF-32": (lambda text: text.encode("utf-32"), True),
+    "UTF-32 BE": (lambda text: text.encode("utf-32-be"), True),
+    "UTF-32 LE": (lambda text: text.encode("utf-32-le"), True),
+    "latin-1": (lambda text: ("<?xml version='1.0' encoding='ISO-8859-1'?>" + text).encode("latin-1"), True),
+    "Windows": (lambda text: ('<?xml version="1.0"  encoding = "windows-1252"?>' + text).encode("cp1252"), True),
+    "labelled UTF-16": (lambda text: ('<?xml version="1.0" encoding="utf-16"?>' + text).encode(), True),
+    "UTF-7": (lambda text: b'<?xml version="1.0" encoding="UTF-7"?>' + text.encode("utf-7"), False),
+    "UTF-7 alone": (lambda text: text.encode("utf-7"), False),
+    "EBCDIC": (lambda text: ('<?xml version="1.0" encoding="IBM037"?>' + text).encode("cp037"), False),
+    "punycode": (lambda text: b'<?xml version="1.0" encoding="punycode"?>' + text.encode("punycode"), False),
+    "UCS-4 2143": (lambda text: b"".join(bytes([0, 0, c, 0]) for c in text.encode()), False),
+    "half a letter": (lambda text: text.encode("utf-16") + b"\0", False),
+}
+PACKED = [bytes, gzip.compress, zstandard.compress, lambda data: gzip.compress(data[:9]) + gzip.compress(data[9:])]
+
+
+@pytest.mark.parametrize("how", ENCODED)
+def test_no_dtd_reaches_a_library(how):
+    """No document type definition passes, in any encoding, packed or not; what passes says that it is UTF-8."""
+    encode, is_read = ENCODED[how]
+    for provider, file in ((word, place) for word, each in PROVIDERS.items() for place, name in enumerate(each.files) if name in each.markup):
+        def opened(data: bytes, provider: str = provider, file: int = file) -> bytes:
+            parts = [(f"{place}.xml", data if place == file else b"<a/>") for place, _ in enumerate(PROVIDERS[provider].files)]
+            return open_files(parts, provider).parts[file]
+
+        for pack in PACKED:
+            for harm in HARM:
+                with pytest.raises(BadRecording, match=rf"^{file}\.xml: (has <!|is not XML|cannot be read in the encoding)") as refused:
+                    opened(pack(encode(harm + PLAIN)))
+                assert "has <!" in str(refused.value) or not is_read
+            if is_read:
+                assert opened(pack(encode(PLAIN))) == b'<?xml version="1.0" encoding="UTF-8"?>' + PLAIN.encode()
+
+
+@pytest.mark.parametrize(("inside", "said"), [
+    ('<SplitRegister separator="(x+x+)+y"/>', r"separates fields by '\(x"), ('<SplitRegister separator="&#124;"/>', r"by '\|'"),
+    ('<SplitRegister separator=";"><x><SplitRegister separator=":"/></x></SplitRegister>', "by ':'"),
+    ('<StringRegister name="x&gt;(a+)+$)(?P&lt;y"/>', "has the name 'x>"), ('<PlayerChannel playerId="1" channelId="."/>', r"name '\.'"),
+    ('<BallChannelRef channelId="x>.*)*"/>', "has the name"), ("<b>", "is not XML"), (" " * (16 << 20), "has 16 MiB, more than metadata"),
+    ('<SplitRegister separator=";"/><SplitRegister separator=";"><SplitRegister separator=","/></SplitRegister>', ""),
+])
+def test_separators_are_no_expressions(inside, said):
+    """EPTS's separators and names, which become an expression, mean themselves, and no line is gone over twice."""
+    parts = [("meta.xml", f'<a separator=":">{inside}</a>'.encode()), ("raw.txt", b"")]
+    if not said:
+        assert open_files(parts, "metrica-epts").parts[0].endswith(parts[0][1])
+        return
+    with pytest.raises(BadRecording, match=rf"^meta.xml: .*{said}"):
+        open_files(parts, "metrica-epts")
+
+
+@NEEDS_KLOPPY
+@pytest.mark.parametrize("provider", RECORDINGS)
+def test_markup_is_complete(provider, monkeypatch):
+    """All that reaches kloppy's XML parser was made safe: a stranger's file in another argument's place is not parsed."""
+    from lxml import etree, objectify
+
+    parsed, fromstring, iterparse = [], objectify.fromstring, etree.iterparse
+    monkeypatch.setattr(objectify, "fromstring", lambda data, *a, **k: (parsed.append(data), fromstring(data, *a, **k))[1])
+    monkeypatch.setattr(etree, "iterparse", lambda file, *a, **k: (parsed.append(file.getvalue()), iterparse(file, *a, **k))[1])
+    whole, spec = source_of(provider, RECORDINGS[provider]), PROVIDERS[provider]
+    dataset_of(whole)
+    assert parsed or provider not in ("sportec", "metrica-epts", "secondspectrum"), "the parser that is looked at is kloppy's"
+    for place, _ in enumerate(whole.parts):
+        if place >= len(spec.files) or spec.files[place] not in spec.markup:
+            with pytest.raises(BadRecording):
+                dataset_of(replace(whole, parts=(*whole.parts[:place], b"<a/>", *whole.parts[place + 1:])))
+    assert all(data.startswith(b'<?xml version="1.0" encoding="UTF-8"?>') for data in parsed)
+
+
+@NEEDS_KLOPPY
+def test_encodings_are_one_match():
+    """The same XML in another encoding is read by kloppy as the same match, letter by letter."""
+    meta, raw = ((FILES / name).read_text() for name in RECORDINGS["sportec"])
+    again = open_files([("m", meta.replace("UTF-8", "utf-16").encode("utf-16")), ("r", raw.encode("utf-8-sig"))], "sportec")
+    match, whole = match_of_dataset(dataset_of(again), again), shipped("sportec")
+    assert match.frames.robots.tobytes() == whole.frames.robots.tobytes()
+    assert match.info.settings == whole.info.settings
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_stranger_reads_nothing(call, tmp_path):
+    """A DTD that makes a secret a team's name, or names a pipe, is refused at once; kloppy alone prints the secret."""
+    from kloppy import sportec
+
+    (tmp_path / "secret").write_text("PASSWORD=hunter2")
+    (tmp_path / "x.dtd").write_text(f"<!ENTITY % f SYSTEM '{tmp_path}/secret'><!ENTITY % g \"<!ENTITY x '%f;'>\">%g;")
+    os.mkfifo(tmp_path / "pipe")
+    meta, raw = ((FILES / name).read_text() for name in RECORDINGS["sportec"])
+    for place, named in (("x.dtd", "meta"), ("pipe", "meta"), ("pipe", "raw")):
+        texts = {"meta": meta, "raw": raw}
+        texts[named] = texts[named].replace("?>", f'?><!DOCTYPE a [<!ENTITY % d SYSTEM "{tmp_path / place}">%d;]>', 1).replace(
+            ' TeamName="', ' TeamName="&x;', 1)
+        if place == "x.dtd":
+            assert "hunter2" in sportec.load_tracking(texts["meta"].encode(), raw.encode()).metadata.teams[0].name
+        for file, text in texts.items():
+            (tmp_path / f"{file}.xml").write_text(text)
+        code, out, err = call("import", "--from", "kloppy:sportec", tmp_path / "meta.xml", tmp_path / "raw.xml", "--data", tmp_path / "data")
+        assert code == 1
+        assert f"{named}.xml: has <!DOCTYPE" in out + err
+        assert "hunter2" not in out + err
+
+
+def test_football_is_read_apart(tmp_path, monkeypatch):
+    """A provider's files are read in a process of their own, asked for or not, in four times the usual limits; no script runs twice."""
+    (tmp_path / "a.json").write_text("{}")
+    recording = Recording(file=tmp_path / "a.json", provider="tracab", more=(tmp_path / "a.json",))
+    with pytest.raises(BadRecording, match=r"takes longer than 4 times the limit seconds = 0\.001"):
+        read_recording(recording, ImportSettings(seconds=0.001))
+    monkeypatch.setattr(sys.modules["__main__"], "__spec__", None)
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", str(tmp_path / "none.py"), raising=False)
+    with pytest.raises(PitchloreError, match=r"is not read by kloppy as TRACAB|kloppy, which reads TRACAB, cannot be loaded"):
+        read_recording(recording)
+
+
 @NEEDS_KLOPPY
 def test_files_are_told_apart_by_content() -> None:
     """Other files are another match; the same ones under another name, or gzipped, are the same."""
-    import gzip
-
     whole = source_of("skillcorner", RECORDINGS["skillcorner"])
     parts = [(f"{name}.gz", gzip.compress((FILES / name).read_bytes())) for name in RECORDINGS["skillcorner"]]
     assert open_files(parts, "skillcorner").sha256 == whole.sha256

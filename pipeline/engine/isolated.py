@@ -13,7 +13,7 @@ from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.base import errors
 from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import BadRecording, PitchloreError, in_one_line
-from pitchlore.pipeline.base.system import clean, limit_memory
+from pitchlore.pipeline.base.system import clean, limit_memory, start_clean
 from pitchlore.pipeline.importers.readers import open_parts, read
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
@@ -24,6 +24,9 @@ from pitchlore.pipeline.store.files import Files
 #: A new process is forked from one that has loaded these, and has read nothing.
 _LOADED = "pitchlore.pipeline.engine.isolated", "pitchlore.pipeline.importers.readers"
 _TRUST = "Remove it; if you trust it, raise {} in the [imports] settings"
+#: How much more time and memory than others football may take: kloppy makes objects of every frame. Ninety
+#: minutes at 25 Hz take a minute and 3.5 GB.
+_FOOTBALL = 4
 
 
 def read_isolated(
@@ -42,24 +45,26 @@ def read_isolated(
         BadRecording: if it cannot be read, brings its reader down, or exceeds a limit.
         PitchloreError: as the reader raised it.
     """
-    limits = source.limits
+    limits, room = source.limits, 1 if source.provider is None else _FOOTBALL
+    times = "" if room == 1 else f"{room} times "
     here, there = multiprocessing.Pipe(duplex=False)
     process = clean(_LOADED).Process(
         target=_answer, args=(
             there, [str(path) for path in paths], source.provider, source.sha256, source.match_id, mapping,
-            limits), daemon=True)
-    process.start()
+            limits, room * limits.memory_megabytes), daemon=True)
+    start_clean(process)
     there.close()
     try:
-        if not here.poll(limits.seconds):
-            raise BadRecording(f"takes longer than the limit seconds = {limits.seconds:g} to read",
+        if not here.poll(room * limits.seconds):
+            raise BadRecording(f"takes longer than {times}the limit seconds = {limits.seconds:g} to read",
                                where=source.name, next_step=_TRUST.format("seconds"))
         kind, data = here.recv_bytes(1), here.recv_bytes(limits.megabytes << 20)
     except (EOFError, OSError) as error:
         process.join(5)
         raise BadRecording(
-            f"brings its reader down (exit code {process.exitcode}), perhaps by the limit memory_megabytes = "
-            f"{limits.memory_megabytes}", where=source.name, next_step=_TRUST.format("memory_megabytes"),
+            f"brings its reader down (exit code {process.exitcode}), perhaps by {times}the limit "
+            f"memory_megabytes = {limits.memory_megabytes}",
+            where=source.name, next_step=_TRUST.format("memory_megabytes"),
         ) from error
     finally:
         process.kill()
@@ -74,12 +79,12 @@ def read_isolated(
 
 def _answer(
     there: Connection, paths: Sequence[str], provider: str | None, sha256: str, match_id: str,
-    mapping: TrackingMap, limits: ImportSettings,
+    mapping: TrackingMap, limits: ImportSettings, megabytes: int,
 ) -> None:
     """Read a recording and send its match, in the process of its own."""
     answer: tuple[bytes, Content]
     try:
-        limit_memory(limits.memory_megabytes << 20)
+        limit_memory(megabytes << 20)
         with ExitStack() as stack:
             parts = [
                 (file.name, stack.enter_context(Files(file.parent).opened(file, megabytes=limits.megabytes)))

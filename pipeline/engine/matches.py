@@ -96,7 +96,7 @@ def read_recording(
     mapping = _mapping(files, recording.mapping) or TrackingMap()
     with _opened(files, recording, limits) as parts:
         source = open_parts(parts, recording.provider, limits)
-        match, _ = read_match(source, mapping, recording.files() if limits.isolate else None)
+        match, _ = read_match(source, mapping, recording.files())
     for unchanged in checks:
         unchanged()
     return match, mapping.settings()
@@ -143,7 +143,7 @@ def _import(
             store.release("matches", name)
             return Imported(there, False, source.sha256)
         source = source if there is None else source.named(there.name)
-        match, data = read_match(source, mapping, recording.files() if limits.isolate else None)
+        match, data = read_match(source, mapping, recording.files())
         check()
         data = log.packed(match) if data is None else data
         with store.locked("matches"):
@@ -158,14 +158,15 @@ def _import(
 
 
 def read_match(
-    source: SourceFile, mapping: TrackingMap, isolated: Sequence[Path] | None = None
+    source: SourceFile, mapping: TrackingMap, files: Sequence[Path] = ()
 ) -> tuple[MatchLog, Content | None]:
     """The match of a recording, with the flaws that its plausibility checks and the recogniser find.
 
     Args:
         source: the recording, opened.
         mapping: how to read a tracking table.
-        isolated: the recording's files, to be read in a process of its own; None: it is read in this one.
+        files: the recording's files, read in a process of its own if its limits say so, or if it is a
+            provider's: strangers' files and a library that others wrote.
 
     Returns:
         The match, and the bytes of its log if reading gave them.
@@ -175,10 +176,10 @@ def read_match(
     """
     if not is_ours(source):
         warm()
-    if isolated is None:
-        match, data = read(source, mapping), None
+    if files and (source.limits.isolate or source.provider is not None):
+        match, data = read_isolated(files, source, mapping)
     else:
-        match, data = read_isolated(isolated, source, mapping)
+        match, data = read(source, mapping), None
     judged = match if is_ours(source) else with_recognition(match)
     return judged, data if judged is match else None
 

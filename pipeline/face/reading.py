@@ -30,7 +30,7 @@ def read(
 
     The format is detected from the content. Nothing is computed before a table is asked for. What the reader
     assumed, and what looks wrong, stands in ``m.flaws`` and ``m.quality``. The recording is read in this
-    process; limits on its size stand in ``RunSettings.imports``, if that is given.
+    process, a provider's in one of its own; its limits stand in ``RunSettings.imports``, if that is given.
 
     Args:
         path: the recording, plain or packed with gzip or Zstandard; or a kloppy dataset of positions.

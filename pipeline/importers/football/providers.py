@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from hashlib import sha256
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from pitchlore.pipeline.base.errors import BadRecording, NotFound, in_one_line
 from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
+from pitchlore.pipeline.importers.football.markup import safe_epts, safe_xml, safe_xml_or_json
 from pitchlore.pipeline.importers.packing import Octets
 from pitchlore.pipeline.importers.source import SourceFile, inflate, slug
 from pitchlore.pipeline.settings import ImportSettings
@@ -32,6 +33,8 @@ class Provider:
         function: its function.
         files: names of the function's arguments, in the order in which the files are given.
         many: name of an argument that takes all further files, else None.
+        markup: by the name of each argument that kloppy may read as XML, the function that makes its bytes
+            safe, or refuses them.
     """
 
     title: str
@@ -39,6 +42,7 @@ class Provider:
     function: str
     files: tuple[str, ...]
     many: str | None = None
+    markup: Mapping[str, Callable[[bytes, str], bytes]] = field(default_factory=dict)
 
     def usage(self) -> str:
         """Files to give, as in a usage line."""
@@ -51,15 +55,20 @@ class Provider:
 PROVIDERS: dict[str, Provider] = {
     "skillcorner": Provider("SkillCorner", "kloppy.skillcorner", "load", ("meta_data", "raw_data")),
     "secondspectrum": Provider(
-        "Second Spectrum", "kloppy.secondspectrum", "load", ("meta_data", "raw_data")),
-    "tracab": Provider("TRACAB", "kloppy.tracab", "load", ("meta_data", "raw_data")),
+        "Second Spectrum", "kloppy.secondspectrum", "load", ("meta_data", "raw_data"),
+        markup={"meta_data": safe_xml_or_json}),
+    "tracab": Provider("TRACAB", "kloppy.tracab", "load", ("meta_data", "raw_data"),
+                       markup={"meta_data": safe_xml_or_json}),
     "metrica-csv": Provider(
         "Metrica, CSV", "kloppy.metrica", "load_tracking_csv", ("home_data", "away_data")),
     "metrica-epts": Provider(
-        "Metrica, EPTS", "kloppy.metrica", "load_tracking_epts", ("meta_data", "raw_data")),
-    "sportec": Provider("Sportec (DFL)", "kloppy.sportec", "load_tracking", ("meta_data", "raw_data")),
+        "Metrica, EPTS", "kloppy.metrica", "load_tracking_epts", ("meta_data", "raw_data"),
+        markup={"meta_data": safe_epts}),
+    "sportec": Provider("Sportec (DFL)", "kloppy.sportec", "load_tracking", ("meta_data", "raw_data"),
+                        markup={"meta_data": safe_xml, "raw_data": safe_xml}),
     "statsperform": Provider(
-        "Stats Perform", "kloppy.statsperform", "load_tracking", ("ma1_data", "ma25_data")),
+        "Stats Perform", "kloppy.statsperform", "load_tracking", ("ma1_data", "ma25_data"),
+        markup={"ma1_data": safe_xml_or_json}),
     "signality": Provider(
         "Signality", "kloppy.signality", "load", ("meta_data", "venue_information"), "raw_data_feeds"),
     "pff": Provider("PFF", "kloppy.pff", "load_tracking", ("meta_data", "roster_meta_data", "raw_data")),
@@ -96,7 +105,8 @@ def open_files(
         the last file of the provider's ``files``.
 
     Raises:
-        BadRecording: if the files are not as many as the provider has, if one is damaged, or too large.
+        BadRecording: if the files are not as many as the provider has, if one is damaged, too large, or XML
+            that could read other files (:mod:`pipeline.importers.football.markup`).
     """
     provider, names = PROVIDERS[word], [printable(name, NAME_CHARACTERS) for name, _ in parts]
     least = len(provider.files) + (provider.many is not None)
@@ -106,12 +116,14 @@ def open_files(
             next_step=f"Give its files in this order: {provider.usage()}",
         )
     contents, digest = [], sha256(word.encode())
-    for name, (_, data) in zip(names, parts, strict=True):
+    arguments = (*provider.files, *[provider.many or ""] * (len(parts) - len(provider.files)))
+    for name, argument, (_, data) in zip(names, arguments, parts, strict=True):
         content, damage = inflate(data[:], name, limits.megabytes)
         if damage is not None:
             raise BadRecording(damage, where=name, next_step="Copy or record it again")
-        contents.append(content)
         digest.update(sha256(content).digest())
+        made_safe = provider.markup.get(argument)
+        contents.append(content if made_safe is None else made_safe(content, name))
     named = len(provider.files) - 1
     whole = SourceFile(
         names[named], b"", None, KLOPPY, digest.hexdigest(),
