@@ -2,6 +2,7 @@
 
 import codecs
 import gzip
+import multiprocessing
 import os
 import sys
 from dataclasses import replace
@@ -318,6 +319,7 @@ def test_football_is_read_apart(tmp_path, monkeypatch):
     recording = Recording(file=tmp_path / "a.json", provider="tracab", more=(tmp_path / "a.json",))
     with pytest.raises(BadRecording, match=r"takes longer than 4 times the limit seconds = 0\.001"):
         read_recording(recording, ImportSettings(seconds=0.001))
+    monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)  # as a worker of Dask is
     monkeypatch.setattr(sys.modules["__main__"], "__spec__", None)
     monkeypatch.setattr(sys.modules["__main__"], "__file__", str(tmp_path / "none.py"), raising=False)
     with pytest.raises(PitchloreError, match=r"is not read by kloppy as TRACAB|kloppy, which reads TRACAB, cannot be loaded"):

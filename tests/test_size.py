@@ -4,13 +4,13 @@ Lines count that have something on them, docstrings and comments among them. A c
 them raises :data:`MOST` in the same commit and says why, after looking for what it makes unnecessary. It was
 22,000 before habits were part of the knowledge, a league wrote datasets of LeRobot, and tables and logs had the
 options which a team logs; what these made unnecessary is gone, and 47 more are left. Reading
-football always apart takes 17: its own room of time and memory, and a start that runs no script again. Options have a bound of
+football always apart takes 22: its own room of time and memory, and a start that runs no script again. Options have a bound of
 their own: the executors, which once lay with the arena, their stage, and what rebuilds a team from them.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_064, 1_500
+MOST, MOST_OF_OPTIONS = 22_069, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

@@ -159,13 +159,18 @@ def clean(loaded: tuple[str, ...]) -> ForkServerContext | SpawnContext:
 
 
 def start_clean(process: BaseProcess) -> None:
-    """Start a process of :func:`clean`; unlike Python's own way it does not run the user's script again."""
+    """Start a process of :func:`clean`; unlike Python's own way it does not run the user's script again.
+
+    A process that ends with its parent, as a worker of Dask does, may start one, too.
+    """
+    own: dict[str, Any] = multiprocessing.current_process()._config  # type: ignore[attr-defined]
     with _starting:
         main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+        daemon, own["daemon"] = own.get("daemon", False), False
         try:
             process.start()
         finally:
-            sys.modules["__main__"] = main
+            sys.modules["__main__"], own["daemon"] = main, daemon
 
 
 @contextmanager
