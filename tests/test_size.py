@@ -6,11 +6,14 @@ them raises :data:`MOST` in the same commit and says why, after looking for what
 options which a team logs; what these made unnecessary is gone, and 47 more are left. Reading
 football always apart takes 22: its own room of time and memory, and a start that runs no script again. Options have a bound of
 their own: the executors, which once lay with the arena, their stage, and what rebuilds a team from them.
+
+Logs as other programs write them took 155 more: their order, the holes in their numbers, chunks of several
+frames, and a match that no metadata describe.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_069, 1_500
+MOST, MOST_OF_OPTIONS = 22_224, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

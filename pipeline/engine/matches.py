@@ -180,7 +180,7 @@ def read_match(
         match, data = read_isolated(files, source, mapping)
     else:
         match, data = read(source, mapping), None
-    judged = match if is_ours(source) else with_recognition(match)
+    judged = match if is_ours(source, match) else with_recognition(match)
     return judged, data if judged is match else None
 
 

@@ -97,7 +97,7 @@ READERS: tuple[Reader, ...] = (
     Reader(
         "mcap", "MCAP log (.mcap)",
         "Pitchlore's own logs (ROS 2 CDR, `schemas/*.msg`) from any machine; the whole parts of a truncated "
-        "or damaged log",
+        "or damaged log; with a map other topics of ROS 2, JSON and protobuf (extra `ros`)",
         mcap_log.detects, mcap_log.read, ours=True,
     ),
 )
@@ -169,8 +169,10 @@ def open_parts(
     return open_source(data, name, limits)
 
 
-def is_ours(source: SourceFile) -> bool:
-    """True if a recording is a log of our own, which carries its flaws and is not looked at again."""
+def is_ours(source: SourceFile, log: MatchLog | None = None) -> bool:
+    """True if a recording seems to be a log of our own; by its match, if it is, whose flaws it carries."""
+    if log is not None and log.info.recording == source.sha256:
+        return False
     return any(reader.ours for reader in READERS if reader.name == source.format)
 
 
@@ -196,15 +198,15 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     if reader.text:
         source.check_text()
     log = reader.read(source, mapping)
-    return _checked(log, source, ours=reader.ours)
+    return _checked(log, source)
 
 
-def _checked(log: MatchLog, source: SourceFile, *, ours: bool = False) -> MatchLog:
+def _checked(log: MatchLog, source: SourceFile) -> MatchLog:
     """The match within its limits, with the flaws of its plausibility checks; a log of ours has its own."""
     most = log.frames.most_robots()
     if most > source.limits.robots:
         raise source.too_much(f"{most} robots of a team", "robots")
-    if ours:
+    if is_ours(source, log):
         return log
     return judged(replace(log, info=log.info.model_copy(update={"recording": source.sha256})))
 

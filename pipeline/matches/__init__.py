@@ -16,6 +16,7 @@ cdr             payloads: samples, events, decisions, commands, heights, options
 messages        message records in batches: heads and tails
 chunks          chunks: sealed with their indexes, opened and checked
 records         records as bytes: found, walked over, encoded
+holes           holes in numbers that count up
 table           the row of a match in the table Matches
 ==============  ==============================================================
 """

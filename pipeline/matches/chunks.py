@@ -151,9 +151,9 @@ def unseal_cut(body: memoryview) -> tuple[U8, McapRecords]:
             if compression == b"":
                 content = blob[:head.size]
             elif compression == b"zstd":
-                content = zstandard.ZstdDecompressor().stream_reader(blob).read(head.size)
+                content = _zstd_frames(blob, head.size)
             elif compression == b"lz4":
-                content = lz4.frame.LZ4FrameDecompressor().decompress(blob, max_length=head.size)
+                content = _lz4_frames(blob, head.size)
         except (zstandard.ZstdError, RuntimeError, EOFError):
             content = b""
     array = as_array(content)
@@ -167,18 +167,43 @@ def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memo
         if compression == b"":
             content = blob
         elif compression == b"zstd":
-            # zstd believes the size in its own header rather than the limit that it is given
-            declared = zstandard.frame_content_size(blob)
-            if declared not in (-1, size):
-                raise DamagedChunk("declares two different sizes")
-            decompressor = zstandard.ZstdDecompressor()
-            content = decompressor.decompress(blob, max_output_size=size, allow_extra_data=False)
+            content = _one_frame(blob, size) or _zstd_frames(blob, size + 1)
         elif compression == b"lz4":
-            content = lz4.frame.LZ4FrameDecompressor().decompress(blob, max_length=size + 1)
+            content = _lz4_frames(blob, size + 1)
         else:
             raise DamagedChunk(f"is compressed by {compression!r}, which is neither zstd nor lz4")
     except (zstandard.ZstdError, RuntimeError, EOFError) as error:
         raise DamagedChunk("does not decompress") from error
     if len(content) != size:
         raise DamagedChunk("does not have the size that it declares")
+    return content
+
+
+def _one_frame(blob: memoryview, size: int) -> bytes | None:
+    """Content of a single frame that declares the size, in half the time; None if it is anything else."""
+    declared = zstandard.frame_content_size(blob)  # zstd believes it rather than the limit that it is given
+    if declared > size:
+        raise DamagedChunk("declares two different sizes")
+    try:
+        whole = zstandard.ZstdDecompressor()
+        if declared == size:
+            return whole.decompress(blob, max_output_size=size, allow_extra_data=False)
+    except zstandard.ZstdError:
+        return None
+    return None
+
+
+def _zstd_frames(blob: memoryview, most: int) -> bytes:
+    """Content of all frames, at most ``most`` bytes; RFC 8878 allows several, and some to be skipped."""
+    frames = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK_BYTES)
+    return frames.stream_reader(blob, read_across_frames=True).read(most)
+
+
+def _lz4_frames(blob: memoryview | bytes, most: int) -> bytes:
+    """Content of all frames, at most ``most`` bytes."""
+    content = b""
+    while len(blob) and len(content) < most:
+        frame = lz4.frame.LZ4FrameDecompressor()
+        content += frame.decompress(blob, max_length=most - len(content))
+        blob = frame.unused_data or b""
     return content

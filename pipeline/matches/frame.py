@@ -164,6 +164,16 @@ class Frames:
             robots=self.robots[np.repeat(chosen, counts)],
         )
 
+    def by_time(self) -> Frames:
+        """The frames in order of time; those of one time keep their order."""
+        if bool(np.all(np.diff(self.t_ns) >= 0)):
+            return self
+        order = np.argsort(self.t_ns, kind="stable")
+        counts = self.counts()[order]
+        offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+        robots = np.arange(offsets[-1]) + np.repeat(self.offsets[order] - offsets[:-1], counts)
+        return Frames(self.number[order], self.t_ns[order], self.ball[order], offsets, self.robots[robots])
+
     def followed_by(self, other: Frames) -> Frames:
         """These frames, and then the others."""
         return Frames(

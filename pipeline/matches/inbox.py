@@ -22,7 +22,8 @@ from pitchlore.pipeline.matches.channels import (
     field_types,
 )
 from pitchlore.pipeline.matches.frame import Frames, Heights
-from pitchlore.pipeline.matches.messages import Collector, Messages, log_times
+from pitchlore.pipeline.matches.holes import Holes, holes_in
+from pitchlore.pipeline.matches.messages import Collector, Messages, log_times, sequence_numbers
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, McapRecords
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
@@ -42,6 +43,7 @@ class Inbox:
         self._topics: dict[int, int | str] = {}
         self._collectors: dict[int, Collector] = {}
         self._skipped: dict[str, list[I64]] = {}
+        self._numbers: dict[int, list[tuple[I64, I64]]] | None = None
 
     def declare(self, channel: int, name: str, definition: str | None) -> None:
         """Declare a channel; the first declaration counts.
@@ -59,8 +61,14 @@ class Inbox:
                 alike = definition is not None and field_types(definition) == field_types(topic.definition())
                 self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
 
-    def reserve(self, capacity: int) -> None:
-        """Make room for message records of ``capacity`` bytes in all; comes before :meth:`take`."""
+    def reserve(self, capacity: int, *, numbered: bool) -> None:
+        """Make room for message records of ``capacity`` bytes in all; comes before :meth:`take`.
+
+        Args:
+            capacity: bytes of all records.
+            numbered: whether the writer numbers its messages, as far as is known: ours does not.
+        """
+        self._numbers = {} if numbered else None
         self._collectors = {i: Collector(topic.head, capacity) for i, topic in TOPICS.items()}
 
     def take(self, content: U8, records: McapRecords) -> None:
@@ -72,6 +80,9 @@ class Inbox:
         channels = np.flatnonzero(np.bincount(records.channels + 1)) - 1
         for channel in channels:
             own = records if len(channels) == 1 else records.keep(records.channels == channel)
+            if self._numbers is not None and channel >= 0:
+                numbers = sequence_numbers(content, own), log_times(content, own)
+                self._numbers.setdefault(int(channel), []).append(numbers)
             topic = self._topics.get(int(channel), "messages on a channel that is not declared")
             if isinstance(topic, str):
                 self._skip(topic, log_times(content, own))
@@ -108,6 +119,20 @@ class Inbox:
     def options(self) -> npt.NDArray[np.void]:
         """Changes of logged options, OPTION_DTYPE, in order of time."""
         return self._values(OPTION, cdr.unpack_options)
+
+    def holes(self) -> list[tuple[str, Holes]]:
+        """Holes in the messages' sequence numbers: of each topic of ours, or of the file if it counts all."""
+        found = {channel: tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+                 for channel, parts in (self._numbers or {}).items()}
+        every = [np.concatenate(part) for part in zip(*found.values(), strict=True)] or [np.empty(0)]
+        if len(found) > 1 and len(np.unique(every[0])) == len(every[0]):
+            named = {"messages": every}
+        else:
+            known = {channel: topic for channel, topic in self._topics.items() if isinstance(topic, int)}
+            named = {f"messages on {TOPICS[known[channel]].name}": [*columns]
+                     for channel, columns in found.items() if channel in known}
+        holes = [(name, holes_in(*columns)) for name, columns in named.items()]
+        return [(name, hole) for name, hole in holes if hole is not None]
 
     def skipped(self, where: str) -> list[Flaw]:
         """One flaw for each reason for which messages were left out so far."""

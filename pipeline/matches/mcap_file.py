@@ -13,7 +13,17 @@ import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, MetadataIndex, Schema, Statistics
+from mcap.records import (
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
 from mcap.writer import MCAP0_MAGIC
 
 from pitchlore.pipeline.base.errors import DamagedLog
@@ -101,6 +111,11 @@ class McapFile:
         """The metadata records of a name, in the order of the file."""
         copies = self._decoded(Opcode.METADATA, Metadata.read, self._view, self.records)
         return [copy.metadata for copy in copies if copy.name == name]
+
+    def library(self) -> str:
+        """The program that wrote the file, as it says; empty if it does not."""
+        heads = self._decoded(Opcode.HEADER, Header.read, self._view, self.records)
+        return heads[0].library if heads else ""
 
     def contents(self) -> Iterator[tuple[U8, McapRecords]]:
         """Bytes that hold message records, and the records, in the order of the file; damage is noted."""

@@ -28,6 +28,8 @@ from pitchlore.pipeline.matches.chunks import Piece, seal
 from pitchlore.pipeline.matches.records import ADDRESS_BYTES, MESSAGE, as_array, encoded
 from pitchlore.pipeline.numbers.arrays import I64, U8
 
+#: Name of the program in the header of our logs.
+LIBRARY = "pitchlore"
 #: Bytes of a chunk's content; three robots a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
 #: Compression level of zstd. Positive levels also code the bodies' coordinates, which are nearly noise, by

@@ -120,6 +120,12 @@ def log_times(content: U8, records: McapRecords) -> I64:
     return times
 
 
+def sequence_numbers(content: U8, records: McapRecords) -> I64:
+    """Sequence numbers of message records that hold one, int64 [K]."""
+    numbers: I64 = content[records.bodies[:, None] + np.arange(2, 6)].view("<u4").reshape(-1).astype(np.int64)
+    return numbers
+
+
 @njit(cache=True, nogil=True)
 def _merge(heads: U8, tails: U8, offsets: I64, out: U8) -> None:
     size = heads.shape[1]

@@ -10,10 +10,12 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
 from pitchlore.pipeline.matches.description import METADATA, is_sound, parse
-from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog
+from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog
+from pitchlore.pipeline.matches.holes import holes_in
 from pitchlore.pipeline.matches.inbox import Inbox
 from pitchlore.pipeline.matches.mcap_file import McapFile
-from pitchlore.pipeline.matches.quality import quality_table
+from pitchlore.pipeline.matches.mcap_writer import LIBRARY
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.schemas import Quality
 
 _REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
@@ -22,12 +24,13 @@ _REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None = None) -> MatchLog:
     """Read a log by any writer, as far as it is whole.
 
-    Frames keep the order of the file, events are in order of time, decisions and commands in that of
-    their schemas. Damaged and missing parts are left out; the rows of ``quality`` and
-    ``info.incomplete_reason`` name them. ``info.complete`` is True only if every checksum in the file
-    holds. Of a chunk in which the file ends, the whole messages are read. A chunk that declares more than
-    ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never decompressed. Messages on other topics, and
-    malformed ones, are counted as 'skipped'.
+    Frames of a file that our recorder wrote keep its order, those of others come in order of log time. Events
+    are in order of time, decisions and commands in that of their schemas. Damaged and missing parts are left
+    out; the rows of ``quality`` and ``info.incomplete_reason`` name them. ``info.complete`` is True only if
+    every checksum in the file holds, and no message that others numbered is missing. Of a chunk in which the
+    file ends, the whole messages are read. A chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts
+    as damaged and is never decompressed. Messages on other topics, and malformed ones, are counted as
+    'skipped'.
 
     Args:
         data: the file's bytes; they are not changed.
@@ -63,11 +66,12 @@ class _Reading:
                 reasons[0] if reasons else "does not say which match it is", where=self._where,
                 next_step="Copy the log again, or export the match as a tracking table (CSV or Parquet)",
             )
-        self._inbox.reserve(file.declared)
+        ours = file.library() == LIBRARY
+        self._inbox.reserve(file.declared, numbered=not ours)
         for content, records in file.contents():
             self._inbox.take(content, records)
         file.check(self._inbox.seen)
-        return self._assemble(info, own[1] if own else Quality.empty(), foreign=own is None)
+        return self._assemble(info, own[1] if own else Quality.empty(), foreign=own is None, ours=ours)
 
     def _declare(self, channel: Channel, schema: Schema | None) -> None:
         """Register a channel; the first declaration, the summary's, counts."""
@@ -84,12 +88,15 @@ class _Reading:
             self._file.damaged("a copy of the metadata that describe the match is damaged")
         return parse(sound[-1], where=self._where) if sound else None
 
-    def _assemble(self, info: MatchInfo, carried: pl.DataFrame, *, foreign: bool) -> MatchLog:
+    def _assemble(self, info: MatchInfo, carried: pl.DataFrame, *, foreign: bool, ours: bool) -> MatchLog:
         frames, broken = self._inbox.frames(), self._file.reasons
         if not len(frames) and (broken or foreign):
             why = broken[0] if broken else "it has no /frame of ours"
             raise NoFrames(f"none of its frames can be read ({why})", where=self._where,
                            next_step="Get another copy of the file")
+        if not ours:
+            frames = frames.by_time()
+            self._note_holes(frames, foreign=foreign)
         referee = self._inbox.referee(info.match_id)
         decisions = self._inbox.decisions(info.match_id)
         commands = self._inbox.commands(info.match_id)
@@ -117,3 +124,15 @@ class _Reading:
             found = quality_table(info.match_id, flaws).with_columns(pl.col("start_ns", "end_ns") - origin)
             quality = pl.concat([carried, found])
         return MatchLog(info, frames, referee, decisions, quality, commands, heights, options)
+
+    def _note_holes(self, frames: Frames, *, foreign: bool) -> None:
+        """Note numbers that are missing; a described log says itself if it is complete without frames."""
+        found = self._inbox.holes()
+        numbers = holes_in(frames.number.astype(np.int64), frames.t_ns)
+        if numbers is not None:
+            found.append(("frames", numbers))
+        for name, (count, missing, start_ns, end_ns) in found:
+            note = f"{missing} {name} are missing: their numbers have holes"
+            self._file.flaws.append(Flaw("gap", f"{self._where}: {note}", count, start_ns, end_ns))
+            if foreign or name != "frames":
+                self._file.reasons.append(note)

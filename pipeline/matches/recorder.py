@@ -26,7 +26,7 @@ from pitchlore.pipeline.matches.channels import (
 )
 from pitchlore.pipeline.matches.description import METADATA, description_of
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog
-from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
+from pitchlore.pipeline.matches.mcap_writer import CHUNK_BYTES, LIBRARY, McapWriter
 from pitchlore.pipeline.matches.messages import Messages, lay_out
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.store.tables import check
@@ -47,7 +47,7 @@ class Recorder:
 
     def __init__(self, stream: BinaryIO, info: MatchInfo, *, chunk_bytes: int = CHUNK_BYTES) -> None:
         self._info = info
-        self._file = McapWriter(stream, profile=Profile.ROS2, library="pitchlore", chunk_bytes=chunk_bytes)
+        self._file = McapWriter(stream, profile=Profile.ROS2, library=LIBRARY, chunk_bytes=chunk_bytes)
         self._file.describe(METADATA, description_of(info, Quality.empty()))
         self._file.declare(*declarations(ALWAYS))
 

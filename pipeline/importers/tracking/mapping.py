@@ -9,6 +9,7 @@ from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator
 from pitchlore.pipeline.base.toml import fitted, toml_tables
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
+from pitchlore.pipeline.importers.topics.settings import TopicMap
 from pitchlore.schemas import SIDES, Side
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]
@@ -141,6 +142,7 @@ class TrackingMap(_Map):
         states: the file's words for states of the game. Each is an event of schema Referee, alone or with
             ``home`` or ``away`` (``DirectAlly = "fault home"``).
         ssl: how an SSL log is read, which besides this uses ``pitch`` and ``teams``.
+        topics: for a recording of ROS 2 or Foxglove, its topics and the bodies in their messages.
     """
 
     columns: Columns = Columns()
@@ -152,6 +154,7 @@ class TrackingMap(_Map):
     bodies: dict[str, BodyColumns] = Field(default_factory=dict)
     states: dict[str, str] = Field(default_factory=dict)
     ssl: SslMap = SslMap()
+    topics: tuple[TopicMap, ...] = ()
 
     @model_validator(mode="after")
     def _bodies_are_players(self) -> Self:
