@@ -46,6 +46,8 @@ def test_sql_as_csv(call, finished):
         'ab'::blob b union all select null, null, null, 7, null, null"""
     code, out, _ = call("sql", query, "--csv", "--data", finished)
     assert (code, out) == (0, 'said,xs,s,nothing,x,b\n"a, ""b""","[1, 2]","{""d"": ""2008-06-01""}",,1.5,6162\n,,,7,,\n')
+    _, out, _ = call("sql", "select '=1+1' as '@a', -1.5 as b", "--csv", "--data", finished)
+    assert out == "'@a,b\n'=1+1,-1.5\n"
     _, out, _ = call("sql", "select frame from trajectories limit 1200", "--csv", "--data", finished)
     assert out.count("\n") == 1201
     code, out, err = call("sql", "select 1", "--csv", "--json", "--data", finished)

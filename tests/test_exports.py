@@ -1,10 +1,11 @@
 """Exports: tables that come back, files that kloppy and floodlight read, recordings that viewers draw."""
 
+import csv
 import json
 from collections import Counter
 from dataclasses import replace
 from functools import cache
-from io import BytesIO
+from io import BytesIO, StringIO
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from pitchlore.pipeline.stages.events.restarts import kind_of
 from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import ExportedMatch
 from pitchlore.pipeline.views.exports.formats import FORMATS
+from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
 from pitchlore.schemas import Referee
 from pitchlore.schemas.restarts import RESTARTS
 
@@ -48,6 +50,29 @@ def same_places(one: MatchLog, two: MatchLog, atol: float = 0.0) -> None:
         assert np.allclose(one.frames.robots[name], two.frames.robots[name], atol=atol, rtol=0)
     for name in ("x", "y"):
         assert np.allclose(one.frames.ball[name], two.frames.ball[name], atol=atol, rtol=0, equal_nan=True)
+
+
+@pytest.mark.parametrize(("cell", "safe"), [
+    ("=1+1", "'=1+1"), ("+a", "'+a"), ("-a", "'-a"), ("@SUM(A1)", "'@SUM(A1)"), ("\t=1", "'\t'=1"), ("\r", "'\r"), ("＝1", "'＝1"),
+    ("x;=1", "x;'=1"), ("x\n=1\n+2", "x\n'=1\n'+2"), ("-1.5e-3", "-1.5e-3"), ("+7", "+7"), ("-.5", "-.5"), ("-5 m", "'-5 m"),
+    ("a=b", "a=b"), ('"=1', '"=1'), ("", ""), ("044-011", "044-011"), (-1.5, "-1.5"), (None, ""),
+])
+def test_no_cell_is_a_formula(cell, safe) -> None:
+    """Text, in cells, headers and kinds of text, that a spreadsheet would compute begins with an apostrophe; numbers are as they are."""
+    frames = [pl.DataFrame({"a": [cell], "b": [1]})]
+    if isinstance(cell, str):
+        frames += [frames[0].cast({"a": kind}) for kind in (pl.Categorical, pl.Enum([cell]))]
+        assert next(csv.reader(StringIO(safe_csv(frames[0].rename({"a": cell})), newline="")))[0] == safe
+    for frame in frames:
+        assert list(csv.reader(StringIO(safe_csv(frame), newline=""))) == [["a", "b"], [safe, "1"]]
+
+
+def test_exported_names_are_no_formulas() -> None:
+    """A team whose name is a formula is text in the CSV that is exported, and itself in Parquet."""
+    log = content().log
+    named = ExportedMatch(handmade(log=(evil := replace(log, info=log.info.model_copy(update={"home": "=1+1"}))), **derived(evil)))
+    assert "'=1+1" in pl.read_csv(FORMATS["csv"].write(named)["csv"])["team"]
+    assert "=1+1" in pl.read_parquet(FORMATS["parquet"].write(named)["parquet"])["team"]
 
 
 @pytest.mark.parametrize("form", ["csv", "parquet"])

@@ -21,6 +21,7 @@ from pitchlore.pipeline.face.versions import Knowledge, Policy
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
 from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import note_on
 
@@ -43,13 +44,14 @@ def print_json(value: object) -> None:
 def print_csv(frame: pl.DataFrame) -> None:
     """Write a table as comma-separated values with a header; all of it or nothing.
 
-    Lists and structs become JSON, bytes hexadecimal digits, null the empty field.
+    Lists and structs become JSON, bytes hexadecimal digits, null the empty field. Text that a spreadsheet
+    would take for a formula begins with an apostrophe.
     """
     flat = frame.with_columns(
         *(_nested_as_json(column) for column in frame if column.dtype.is_nested()),
         pl.selectors.binary().bin.encode("hex"),
     )
-    sys.stdout.write(flat.write_csv())
+    sys.stdout.write(safe_csv(flat))
 
 
 def _nested_as_json(column: pl.Series) -> pl.Series:

@@ -27,7 +27,8 @@ def sql(
         parameters: Values for the `?` in the query, in order.
         tables: List the tables with their columns, meanings and units instead.
         json: Print an array of objects.
-        csv: Print comma-separated values with a header.
+        csv: Print comma-separated values with a header. Text that a spreadsheet would take for a formula
+            begins with an apostrophe; --json prints it as it is.
         common: Options of every command.
     """
     if json and csv:

@@ -3,6 +3,7 @@
 =================  ===========================================================
 content            what is exported of a match: samples, states, situations
 tables             the plain tracking table, as CSV and Parquet
+spreadsheet        CSV whose text is no formula
 second_spectrum    the files of a provider that kloppy and floodlight read
 foxglove           MCAP with Foxglove's well-known schemas
 rerun_log          a recording of Rerun; the only module that imports rerun

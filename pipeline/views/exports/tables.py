@@ -10,6 +10,7 @@ import polars as pl
 from pitchlore.pipeline.stages.events.restarts import kind_of
 from pitchlore.pipeline.stages.trajectories.timeline import STOPPING
 from pitchlore.pipeline.views.exports.content import PLAY, STOP, ExportedMatch
+from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
 from pitchlore.schemas import SIDES
 
 
@@ -72,8 +73,8 @@ def _word(event: str, note: str | None) -> str:
 
 
 def csv(content: ExportedMatch) -> bytes:
-    """The table as CSV; numbers are the shortest that read as the same float32."""
-    return tracking_table(content).write_csv().encode()
+    """The table as CSV; numbers are the shortest that read as the same float32, text is no formula."""
+    return safe_csv(tracking_table(content)).encode()
 
 
 def parquet(content: ExportedMatch) -> bytes:
