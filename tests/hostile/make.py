@@ -6,7 +6,10 @@ A case that a fuzz run finds (`make fuzz`) is kept here.
 import gzip
 import io
 import json
+import os
+import pickle
 import struct
+import zipfile
 import zlib
 from collections.abc import Callable
 from typing import NamedTuple
@@ -187,6 +190,28 @@ DERBY = _HEADER + b"".join(b"%d,%.1f,ball,,0,0\n%d,%.1f,a,1,0.1,0\n%d,%.1f,b,1,-
                            for i in range(20))
 
 
+def pickle_in_a_type() -> bytes:
+    """A table whose column's type is a pickle that ends the process that loads it."""
+    class Evil:
+        def __reduce__(self) -> tuple[object, ...]:
+            return os._exit, (3,)
+
+    table = pl.read_csv(DERBY).to_arrow()
+    kind = {b"ARROW:extension:name": b"arrow.py_extension_type", b"ARROW:extension:metadata": pickle.dumps(Evil())}
+    out = io.BytesIO()
+    pq.write_table(table.cast(pa.schema([field.with_metadata(kind) for field in table.schema])), out)
+    return out.getvalue()
+
+
+def archive() -> bytes:
+    """A zip file whose entries lead out of the folder, are a bomb, and a recording."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("../../derby.csv", DERBY)
+        file.writestr("bomb.csv", bytes(64 << 20))
+    return out.getvalue()
+
+
 def wide_of_many() -> bytes:
     """A table with a row a sample, and columns for 2,000 robots."""
     names = [f"{axis}_a{i}" for i in range(2_000) for axis in "xy"]
@@ -235,6 +260,11 @@ HOSTILE = (
             "no whole show line|"),
     # opened brackets, for expressions that go back
     Hostile("brackets.rcg", lambda: b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n", "has no whole show line"),
+    Hostile("bomb.csv.zst", lambda: zstandard.compress(_HEADER + bytes(512 << 20)), "unpacks to more than", megabytes=150),
+    # gzip in gzip: one layer is unpacked
+    Hostile("twice.csv.gz", lambda: gzip.compress(gzip.compress(bytes(512 << 20))), "not a recording of a known format", megabytes=50),
+    Hostile("archive.zip", archive, "not a recording of a known format", megabytes=50),
+    Hostile("pickle.parquet", pickle_in_a_type),
     Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(128 << 20), compresslevel=9), "unpacks to more than", megabytes=100),
     Hostile("deep.csv", lambda: DERBY, "is nested too deeply", mapping="a = " + "[\n" * 100_000 + "]\n" * 100_000),
     Hostile("tables.csv", lambda: DERBY, "has a line of 200001 characters", mapping="[" + ".".join("a" * 100_000) + "]"),
