@@ -14,7 +14,7 @@ FLAWS = (
     "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
     "direction inferred", "direction unknown", "skipped", "slow sampling",
     "off the pitch", "scorer unknown", "goals inferred", "goals unknown", "unit of angle", "text encoding", "unmatched map",
-    "half a pitch", "poor recognition",
+    "half a pitch", "poor recognition", "assumed", "home inferred",
 )
 
 
@@ -90,7 +90,7 @@ class Quality(Table):
     """One flaw of a recording: flagged, never silently repaired."""
 
     NAME: ClassVar[str] = "quality"
-    VERSION: ClassVar[int] = 3
+    VERSION: ClassVar[int] = 4
     SINCE: ClassVar[int] = 1
 
     match_id = match_id()

@@ -9,7 +9,7 @@ from support.recordings import RSIM, recording
 from support.tracking import flaws, parquet, read
 
 from pitchlore.pipeline.base.errors import BadRecording
-from pitchlore.pipeline.importers.tracking.angles import angle_unit
+from pitchlore.pipeline.importers.forms.angles import angle_unit
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 
 DEGREES = load_map('[units]\nangle = "deg"\n')

@@ -96,9 +96,10 @@ def test_unknown_team(after: tuple[str, ...]) -> None:
 def test_ball_at_centre() -> None:
     """If no state ever stops play, the ball at the centre restarts it after a goal."""
     csv = course(*[(0, 0)] * 2, *[(1, 0)] * 4, columns="score_home,score_away")
-    match = read(csv.replace("4,4,ball,,0.3,0", "4,4,ball,,0.01,0.02"))
+    amber = load_map("[teams]\nhome = 'amber'\n")
+    match = read(csv.replace("4,4,ball,,0.3,0", "4,4,ball,,0.01,0.02"), amber)
     assert events(match) == [(0, "play", None, 0, 0), (2, "goal", "home", 1, 0), (4, "kick-off", "away", 1, 0)]
-    never = read(csv)
+    never = read(csv, amber)
     assert events(never)[1:] == [(2, "goal", "home", 1, 0), (3, "kick-off", "away", 1, 0)]
 
 

@@ -9,11 +9,14 @@ their own: the executors, which once lay with the arena, their stage, and what r
 
 Logs as other programs write them took 155 more: their order, the holes in their numbers, chunks of several
 frames, and a match that no metadata describe.
+
+Tables as people have them took 29 more: periods, parts of a pitch, a score that is nobody's. What finds facts that
+tables leave unsaid lies beside the core (pipeline/importers/forms).
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_224, 1_500
+MOST, MOST_OF_OPTIONS = 22_253, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

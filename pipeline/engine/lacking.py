@@ -16,8 +16,8 @@ from pitchlore.schemas import SIDES, Goals, Quality
 UNSCORED = ("goals unknown", "scorer unknown")
 #: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
 REMARKABLE = (
-    *UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling",
-    "off the pitch", "ball lost", "poor recognition",
+    *UNSCORED, "assumed", "home inferred", "goals inferred", "unit of angle", "text encoding",
+    "unmatched map", "slow sampling", "off the pitch", "ball lost", "poor recognition",
 )
 #: Remarks of an import that are reported.
 _REMARKS = 12

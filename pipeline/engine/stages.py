@@ -261,7 +261,7 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
 
 STAGES = Chain(
-    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=3),
+    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=4),
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 1, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),

@@ -42,7 +42,7 @@ def events(match: MatchLog) -> list[tuple[object, ...]]:
 
 def flaws(match: MatchLog) -> list[tuple[object, ...]]:
     columns = (pl.col("flaw").cast(pl.String), "count", pl.col("team").cast(pl.String), "robot")
-    return [row for row in match.quality.select(*columns).rows() if not str(row[0]).startswith(("direction", "goals"))]
+    return [row for row in match.quality.select(*columns).rows() if not str(row[0]).startswith(("direction", "goals", "home"))]
 
 
 def course(*states: tuple[object, ...], columns: str = "game_state,score_home,score_away") -> str:

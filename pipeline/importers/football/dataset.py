@@ -15,7 +15,7 @@ from pitchlore.pipeline.importers.football.providers import KLOPPY
 from pitchlore.pipeline.importers.football.squad import Stay, shirt_numbers
 from pitchlore.pipeline.importers.rows import Event, referee
 from pitchlore.pipeline.importers.source import SourceFile, slug
-from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TeamNames, TrackingMap
+from pitchlore.pipeline.importers.tracking.mapping import Axes, PitchMap, TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.match import match_of as match_of_table
 from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Heights, MatchLog
 from pitchlore.pipeline.numbers.arrays import F64, I64
@@ -90,6 +90,7 @@ def match_of_dataset(dataset: TrackingDataset, source: SourceFile | None = None)
     goal = PITCHES[Kind.HUMAN]
     mapping = TrackingMap(
         pitch=PitchMap(kind=Kind.HUMAN, length=length, width=width, goal_width=goal.goal_width),
+        axes=Axes(origin="centre"),
         teams=TeamNames(home=SIDES[0], away=SIDES[1], ball=_BALL),
         states={state: _STATES[state] for state in table["game_state"].unique()},
     )

@@ -14,7 +14,7 @@ from pitchlore.pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
 _WHOLE = ("frame", "score_home", "score_away")
-TEXT = ("team", "player", "game_state", "segment")
+TEXT = ("team", "player", "game_state", "period", "segment")
 
 #: Longest match, one day; a longer one is a wrong unit of time.
 _MAX_SPAN_NS = 86_400_000_000_000

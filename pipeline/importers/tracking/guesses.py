@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
 from pitchlore.pipeline.importers.tracking.states import Course, changes, rises, tokens
+from pitchlore.pipeline.importers.tracking.words import AWAYS, HOMES, bare
 from pitchlore.pipeline.numbers.arrays import F64
 
-GuessBasis = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
+GuessBasis = Literal["names", "goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
 
 #: Longest half-length of each kind, metres. The limits lie between the pitches of 2.2 m (VSSS with five
 #: a side) and 6 m (the first SSL), and between those of 12 m (SSL) and 105 m (2D).
@@ -59,7 +61,7 @@ def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
 def guess_home(
     course: Course, names: tuple[str, str], mapping: TrackingMap, votes: F64, goal_x: float
 ) -> tuple[int, GuessBasis]:
-    """Home team: the one of two teams whose goals ``score_home`` counts.
+    """Home team: the one that is called so, or else the one of two teams whose goals ``score_home`` counts.
 
     Each rise of a score is evidence of three kinds: the state names the team that scored, the other
     team kicks off next, or the ball was at the goal of the team that stands at that end. Each goal is a
@@ -75,6 +77,9 @@ def guess_home(
     Returns:
         Index of home in ``names``, and the kind of evidence that decided.
     """
+    called = [{bare(name)} & words for name, words in product(names, (HOMES, AWAYS))]
+    if (called[0] and called[3]) or (called[1] and called[2]):
+        return (0 if called[0] and called[3] else 1), "names"
     goals = [(index, side) for index, side, step in rises(course.score) if step > 0]
     said = {index: tokens(state, names, mapping) for index, state in changes(course.states)}
     by_goal = by_kick_off = by_ball = 0

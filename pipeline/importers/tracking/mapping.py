@@ -23,15 +23,21 @@ class _Map(BaseModel):
 Column = str | Annotated[int, Field(ge=1)]
 
 
+#: Metres of a file's unit.
+Metres = Annotated[float, Field(gt=0, le=1000)]
+
+
 class Columns(_Map):
     """The file's names or numbers of our columns. A column that the map names must be in the file.
 
-    ``vx`` and ``vy`` are lengths per second, ``omega`` is an angle per second in the sense of the heading,
-    ``option`` is what the robot's team logged that it does, a code of Table 1; empty where it logged nothing.
+    ``period`` is the half: its time may begin anew. ``vx`` and ``vy`` are lengths per second, ``omega`` is an
+    angle per second in the sense of the heading, ``option`` is what the robot's team logged that it does, a
+    code of Table 1; empty where it logged nothing.
     """
 
     frame: Column = "frame"
     t: Column = "t"
+    period: Column = "period"
     segment: Column = "segment"
     team: Column = "team"
     player: Column = "player"
@@ -60,12 +66,18 @@ class BodyColumns(_Map):
 
 
 class Units(_Map):
-    """The file's units. An absent unit of angles is found from the headings (``angles.angle_unit``).
+    """The file's units. An absent unit of angles is found from the headings (``forms.angles``).
 
-    Of headings, and per second of ``omega``; the map may call it ``angle_unit``, too.
+    Attributes:
+        length: unit of places and velocities. Or a part of the pitch: its whole is 1 (share), 100 (percent)
+            or 2 (half, from -1 to 1); parts need the pitch's kind.
+        metres: metres of a unit along and across, where it is none of these.
+        angle: unit of headings, and per second of ``omega``; the map may call it ``angle_unit``, too.
+        time: unit of ``t``.
     """
 
-    length: Literal["m", "cm", "mm"] = "m"
+    length: Literal["m", "cm", "mm", "share", "percent", "half"] = "m"
+    metres: tuple[Metres, Metres] | None = None
     angle: Literal["rad", "deg"] | None = Field(
         default=None, validation_alias=AliasChoices("angle", "angle_unit")
     )
@@ -79,13 +91,16 @@ class Axes(_Map):
         x: direction in which the file's x grows.
         y: direction in which the file's y grows; down in images.
         heading: sense in which headings grow, seen from above; zero is along the file's +x.
-        origin: the pitch's centre, or the corner where the file's x and y are smallest.
+        origin: the pitch's centre, or the corner where the file's x and y are smallest. Without it, it is
+            found from the places (``forms.origin``); parts of the pitch are from a corner, but for halves.
+        centre: place of the pitch's centre in the file, where it is neither.
     """
 
     x: Literal["right", "left"] = "right"
     y: Literal["up", "down"] = "up"
     heading: Literal["ccw", "cw"] = "ccw"
     origin: Literal["centre", "corner"] = "centre"
+    centre: tuple[float, float] | None = None
 
 
 class PitchMap(_Map):

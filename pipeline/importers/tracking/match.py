@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,12 @@ from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.directions import infer_periods, unsure, votes_of
+from pitchlore.pipeline.importers.forms.absent import nothing_seen
+from pitchlore.pipeline.importers.forms.angles import RADIANS, angle_unit
+from pitchlore.pipeline.importers.forms.origin import Lengths, lengths_of
+from pitchlore.pipeline.importers.forms.periods import in_one_time
 from pitchlore.pipeline.importers.rows import pack, referee
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.angles import RADIANS, angle_unit
 from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
 from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
 from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitch
@@ -28,7 +32,6 @@ from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 from pitchlore.schemas import SIDES
 from pitchlore.schemas.options import OPTIONS
 
-_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 #: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.
 _FURTHEST = 1e6
 #: Highest number of a robot (schemas: Int16).
@@ -78,22 +81,27 @@ def match_of(
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
-    table, angles = _in_our_units(table, mapping, name)
-    flaws += angles
+    table, breaks, anew = in_one_time(table, name)
+    table, absent = nothing_seen(table)
+    table, angles = _angles(table, mapping, name)
+    lengths = lengths_of(table, mapping, name)
+    table = _lengths(table, lengths)
+    flaws += [*absent, *angles, *lengths.flaws, *anew]
     rows = _arrange(table)
     rows, turned = _in_rising_time(rows, name)
     flaws += turned
-    pitch, guessed_pitch = guess_pitch(
-        rows.column("x"), mapping.pitch, corner=mapping.axes.origin == "corner"
-    )
-    rows = _turned(rows, mapping, pitch)
+    pitch, guessed_pitch = guess_pitch(rows.column("x"), mapping.pitch, corner=lengths.corner)
+    rows = _turned(rows, mapping, pitch, corner=lengths.corner)
     frames = _frames(rows)
-    course = _course(rows, frames)
+    course = _course(rows, frames, breaks)
     guessed: dict[str, object] = {}
     if mapping.teams.home is None and mapping.teams.away is None:
         order = np.argsort(frames.t_ns, kind="stable")
         home, evidence = guess_home(course, names, mapping, votes_of(frames)[order], pitch.goal_x)
         guessed["home"] = {"team": names[home], "from": evidence}
+        if evidence == "alphabet":
+            course, lost = _nobodys(course, names)
+            flaws += lost
         if home == 1:
             names = (names[1], names[0])
             rows = rows._replace(team=np.where(rows.team < 2, 1 - rows.team, rows.team))
@@ -105,7 +113,8 @@ def match_of(
     said = words_of(course, names, mapping)
     attacks = mapping.teams.home_attacks
     periods, inferred = infer_periods(
-        frames, half_times(course, said), None if attacks is None else (1 if attacks == "right" else -1)
+        frames, [*half_times(course, said), *breaks.tolist()],
+        None if attacks is None else (1 if attacks == "right" else -1),
     )
     reported = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
     events, unknown = referee_events(
@@ -212,16 +221,26 @@ def _players(
     return whole.with_columns(ids.cast(pl.UInt16).alias("id")), numbers
 
 
-def _in_our_units(table: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
-    """Table with lengths in metres and angles in radians, and the flaw of a unit that nothing named."""
-    units = dict.fromkeys(("x", "y", "vx", "vy"), _METRES[mapping.units.length])
+def _lengths(table: pl.DataFrame, lengths: Lengths) -> pl.DataFrame:
+    """Table with lengths in metres, from the file's origin or the centre that a map gives."""
+    axes = zip(("x", "y"), ("vx", "vy"), lengths.metres, lengths.centre, strict=True)
+    return table.with_columns(
+        (pl.col(column) - (zero if column in ("x", "y") else 0.0)) * metres
+        for *columns, metres, zero in axes for column in columns
+        if column in table.columns and (metres != 1.0 or zero)
+    )
+
+
+def _angles(table: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
+    """Table with angles in radians, and the flaw of a unit that nothing named."""
     unit, flaws = mapping.units.angle, list[Flaw]()
     if "heading" in table.columns:
         heading = table["heading"].fill_null(float("nan")).to_numpy()
         unit, flaws = angle_unit(heading, unit, name)
-    units |= dict.fromkeys(("heading", "omega"), RADIANS[unit or "rad"])
+    radians = RADIANS[unit or "rad"]
     return table.with_columns(
-        pl.col(column) * unit for column, unit in units.items() if column in table.columns and unit != 1.0
+        pl.col(column) * radians for column in ("heading", "omega")
+        if column in table.columns and radians != 1.0
     ), flaws
 
 
@@ -282,13 +301,12 @@ def _slow_sampling(frames: Frames, mapping: TrackingMap) -> list[Flaw]:
     return [Flaw("slow sampling", note, len(t_ns), 0, int(t_ns[-1]) + 1)]
 
 
-def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
+def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch, *, corner: bool) -> _Rows:
     """Rows in our axes: origin at the centre, y up, headings counter-clockwise from our +x."""
     axes = mapping.axes
     x_sign = 1.0 if axes.x == "right" else -1.0
     y_sign = 1.0 if axes.y == "up" else -1.0
     turn = 1.0 if axes.heading == "ccw" else -1.0
-    corner = axes.origin == "corner"
     zero = 0.0 if axes.x == "right" else np.pi
     changed = {
         "x": (rows.column("x") - (pitch.length / 2 if corner else 0.0)) * x_sign,
@@ -379,15 +397,29 @@ def _frames(rows: _Rows) -> Frames:
     )
 
 
-def _course(rows: _Rows, frames: Frames) -> Course:
+def _nobodys(course: Course, names: tuple[str, str]) -> tuple[Course, list[Flaw]]:
+    """Course without a score where nothing tells which team it is of, and the flaw that says so.
+
+    The home team is the first by the alphabet then.
+    """
+    say = f'say in a map [teams] home = "{names[0]}" or "{names[1]}"'
+    if course.score is None or bool((course.score[:, 0] == course.score[:, 1]).all()):
+        note = f"nothing tells which team is home, taken for {names[0]}: {say}"
+        return course, [Flaw("home inferred", note)]
+    note = f"nothing tells of which team score_home is, so that no goal is taken from the score: {say}"
+    return replace(course, score=None, unscored=True), [Flaw("home inferred", note)]
+
+
+def _course(rows: _Rows, frames: Frames, breaks: I64) -> Course:
     """Course of the match as the table tells it, in order of time."""
     order = np.argsort(frames.t_ns, kind="stable")
     names = [name for name in ("game_state", "segment", "score_home", "score_away") if name in rows.table]
     facts = rows.table.select("t_ns", *names)[rows.first[order]]
     given = {name for name in names if facts[name].null_count() < len(facts)}
-    score = None
+    score, starts = None, tuple(np.searchsorted(frames.t_ns[order], breaks).tolist())
     if {"score_home", "score_away"} <= given:
         score = facts.select(pl.col("score_home", "score_away").fill_null(-1)).to_numpy()
+        score = _going_on(score, starts)
     return Course(
         frames.t_ns[order],
         facts["game_state"].to_list() if "game_state" in given else None,
@@ -396,4 +428,15 @@ def _course(rows: _Rows, frames: Frames) -> Course:
         frames.ball["x"][order].astype(np.float64),
         frames.ball["y"][order].astype(np.float64),
         score is None and any(name.startswith("score") for name in names),
+        starts,
     )
+
+
+def _going_on(score: I64, breaks: Sequence[int]) -> I64:
+    """Score that goes on over periods that each count from 0 : 0."""
+    score = score.copy()
+    for at in breaks:
+        before, after = score[:at].max(axis=0), score[at:]
+        if before.any() and not after[0].any():
+            score[at:] = np.where(after >= 0, after + np.maximum(before, 0), after)
+    return score

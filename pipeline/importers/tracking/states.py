@@ -23,6 +23,8 @@ STOPS = {"goal", "half", "end", "stop"}
 _GAP_NS = 500_000_000
 #: A state may come so much later than what it tells, ns.
 _STATE_LATE_NS = 1_000_000_000
+#: Note of the events between two periods.
+_ANEW = "a new period"
 #: Events that name a team: it scores, or brings the ball back into play.
 _OF_A_TEAM = {"goal", "kick-off", "fault"}
 
@@ -86,6 +88,7 @@ class Course:
         segments: the recorder's segments; None if the table has none.
         ball_x, ball_y: float64 [F], metres.
         unscored: whether it has a column for the score, but no score.
+        breaks: indices of the frames with which later periods begin.
     """
 
     t_ns: I64
@@ -95,6 +98,7 @@ class Course:
     ball_x: F64
     ball_y: F64
     unscored: bool = False
+    breaks: tuple[int, ...] = ()
 
 
 def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:
@@ -253,7 +257,7 @@ def referee_events(
             _of_the_ball(referee, found)
         else:
             _without_states(referee, goals, centre)
-        return referee.events, flaws
+        return _with_halves(referee.events, course), flaws
     cuts = {
         index for index, _ in changes(course.segments)
         if index and course.t_ns[index] - course.t_ns[index - 1] <= _GAP_NS
@@ -262,16 +266,23 @@ def referee_events(
     kicked_off = -1
     seen = {goal.frame: goal for goal in found if by_ball}
     back = {goal.restart: goal for goal in seen.values() if goal.restart and not _is_said(course, said, goal)}
-    for index in sorted(said.keys() | goals.keys() | cuts | seen.keys() | back.keys()):
+    breaks = {*course.breaks}
+    told = breaks | goals.keys() | back.keys()
+    for index in sorted(said.keys() | goals.keys() | cuts | seen.keys() | back.keys() | breaks):
+        if index in breaks and referee.events and referee.events[-1].event not in ("half", "end"):
+            on = referee.playing
+            referee.emit(index - 1, "half", _ANEW)
+            if on and index not in said:
+                referee.emit(index, "play", _ANEW)
         if index in back:
             _restart(referee, index, back[index])
         if index in seen:
             referee.goal(index, seen[index].team, seen[index].note)
         known = said.get(index, [])
-        halves = any(token.event == "half" for token in known)
+        halves = index in breaks or any(token.event == "half" for token in known)
         scorer = _restart_tells(said, index) if course.score is None else None
         _goals_at(referee, index, goals.get(index, []), known, scorer, scores=course.score is not None)
-        if not known and index in cuts and referee.playing and index not in goals.keys() | back.keys():
+        if not known and index in cuts and referee.playing and index not in told:
             referee.emit(index, "fault", "segment")
         for token in known:
             if token.event == "kick-off":
@@ -286,6 +297,20 @@ def referee_events(
             event = token.event or "stop"
             referee.emit(index, event, token.word, token.team if event in _OF_A_TEAM else None)
     return referee.events, flaws
+
+
+def _with_halves(events: list[Event], course: Course) -> list[Event]:
+    """Events of a table without states, with an end and a beginning at each new period."""
+    for index in course.breaks:
+        start = int(course.t_ns[index])
+        before = [event for event in events if event.t_ns < start]
+        # a kick-off that was looked for after the last goal of a period belongs to the next one's beginning
+        after = [event for event in events if event.t_ns >= start]
+        if before[-1].event in STOPS and after and after[0].event != "goal":
+            after = after[1:]
+        half = replace(before[-1], t_ns=int(course.t_ns[index - 1]), event="half", team=None, note=_ANEW)
+        events = [*before, half, replace(half, t_ns=start, event="play"), *after]
+    return events
 
 
 def _begins(said: StateWords) -> bool:

@@ -21,7 +21,7 @@ from pitchlore.pipeline.matches.quality import Flaw
 
 #: Columns of a body, and those of a whole sample.
 OF_A_BODY = ("x", "y", "heading", "vx", "vy", "omega", "option")
-_OF_A_SAMPLE = ("frame", "t", "segment", "score_home", "score_away", "game_state")
+_OF_A_SAMPLE = ("frame", "t", "period", "segment", "score_home", "score_away", "game_state")
 #: Words of a column's name that say nothing.
 _NOISE = {"pos", "position", "posicao", "robot", "robo", "player", "jogador", "agent", "agente", "the", "m"}
 #: Bodies from which on a table is wide.

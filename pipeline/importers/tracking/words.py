@@ -12,7 +12,8 @@ from difflib import get_close_matches
 WORDS_OF = {
     "frame": "frame frames framenumber frameid quadro quadros cycle ciclo tick step passo nr",
     "t": "t tempo time timestamp times seconds secs sec s ms instante segundos milliseconds us ns stamp",
-    "segment": "segment segmento period periodo",
+    "period": "period periodid periodo half halfid tempodejogo meiotempo",
+    "segment": "segment segmento",
     "team": "team teamname teamid side club squad colour color equipe lado clube cor who",
     "player": "player playerid id robot robotid robo number no agent jogador jogadorid numero agente",
     "x": "x px posx xpos positionx posicaox xm xcm xmm",
@@ -28,7 +29,10 @@ WORDS_OF = {
 }
 WORDS = {word: column for column, words in WORDS_OF.items() for word in words.split()}
 #: Words for the ball.
-BALLS = ("ball", "bola")
+BALLS = ("ball", "bola", "balon", "pelota", "booru")
+#: Words for the home team and for the away team.
+HOMES = {"home", "hometeam", "casa", "local", "mandante", "heim", "hoomu", "homu", "l", "left", "esquerda"}
+AWAYS = {"away", "awayteam", "fora", "visitante", "gast", "auswaerts", "awei", "r", "right", "direita"}
 
 #: Columns of a file that are looked at.
 _AT_MOST = 1000

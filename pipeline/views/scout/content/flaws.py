@@ -22,6 +22,8 @@ WORDS = {
     "text encoding": ("encoding of the text assumed", ""),
     "unmatched map": ("words of the map match nothing", ""),
     "poor recognition": ("few situations recognised", ""),
+    "home inferred": ("nothing tells which team is home", ""),
+    "assumed": ("assumed of the table", ""),
     "half a pitch": ("only half of the pitch is seen", "samples"),
 }
 

@@ -1,0 +1,184 @@
+"""Tables as people have them: nothing is silently wrong, whatever they leave unsaid."""
+
+from functools import cache
+
+import numpy as np
+import polars as pl
+import pytest
+from support.recordings import read
+
+from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.tracking.mapping import load_map
+from pitchlore.pipeline.matches.frame import MatchLog
+
+#: Goals of a half, s: two at +x and one at -x; seconds of a half, samples a second.
+GOALS, HALF_S, HZ = ((30, 1), (60, 1), (90, -1)), 120, 10
+BLUE = [(30, "blue"), (60, "blue"), (90, "yellow")]
+BOTH = [*BLUE, *((t + HALF_S, team) for t, team in BLUE)]
+
+
+@cache
+def half(number: int = 1, teams: tuple[str, str] = ("blue", "yellow")) -> pl.DataFrame:
+    """Two minutes of a goalkeeper and two others a side on a VSSS pitch; in the second half sides are changed."""
+    t = np.arange(HALF_S * HZ) / HZ
+    ball = np.stack([0.5 * np.sin(t / 3), 0.6 * np.sin(t / 2)], axis=1)
+    for at, end in GOALS:
+        near = (t > at - 1) & (t <= at)
+        ball[near] = np.stack([end * 0.8 * (t[near] - at + 1), 0 * t[near]], axis=1)
+        ball[(t > at) & (t < at + 2.5)] = 0
+    bodies = [("ball", None, ball[:, 0], ball[:, 1])]
+    for team, end in zip(teams, (-1, 1), strict=True):
+        bodies.append((team, 0, end * 0.7 + 0.01 * np.sin(t), 0.15 * np.sin(t)))
+        bodies += [(team, n, end * (0.2 * n + 0.1 * np.sin(t + n)), 0.6 * np.sin(t * 0.7 + 3 * n)) for n in (1, 2)]
+    sign = 1 if number == 1 else -1
+    return pl.concat(
+        pl.DataFrame({"frame": np.arange(len(t)) + (number - 1) * len(t), "t": t, "team": team,
+                      "player": pl.Series([player] * len(t), dtype=pl.Int64), "x": sign * x, "y": sign * y})
+        for team, player, x, y in bodies).sort("frame", maintain_order=True)
+
+
+def halves() -> pl.DataFrame:
+    """Two halves that both count from 0; blue 4 : 2 yellow."""
+    return pl.concat(half(n).with_columns(segment=pl.lit(f"{n}.")) for n in (1, 2))
+
+
+def scored(table: pl.DataFrame, *, anew: bool = False) -> pl.DataFrame:
+    """The table with a score; anew: each half counts from 0 : 0."""
+    later = 0 if anew else pl.col("segment") == "2."
+    done = [sum((pl.col("t") >= at).cast(pl.Int64) for at, end in GOALS if end == sign) + goals * later
+            for sign, goals in ((1, 2), (-1, 1))]
+    return table.with_columns(score_home=done[0], score_away=done[1])
+
+
+def match(table: pl.DataFrame, mapping: str = "") -> MatchLog:
+    return read(table.write_csv().encode(), "game.csv", mapping=load_map(mapping))
+
+
+def goals(log: MatchLog) -> list[tuple[int, str]]:
+    """Goals, to the nearest half minute, and the scoring team's name."""
+    teams = {"home": log.info.home, "away": log.info.away}
+    told = log.referee.filter(pl.col("event") == "goal").select("t_ns", pl.col("team").cast(pl.String))
+    return [(round(t_ns / 30e9) * 30, teams[team]) for t_ns, team in told.iter_rows()]
+
+
+def said(log: MatchLog) -> str:
+    return "; ".join(log.quality.filter(pl.col("flaw") == "assumed")["note"])
+
+
+# --- time ---------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("table", "by"), [
+    (halves(), "by segment"),
+    (halves().drop("segment"), "by time itself"),
+    (halves().rename({"segment": "period"}).with_columns(frame=(pl.col("t") * HZ).round().cast(pl.Int64)), "by period"),
+    (halves().sort("t", maintain_order=True), "by segment"),
+    (halves().sort("team", "player", "segment", "t", nulls_last=True), "by segment"),
+    (halves().drop("segment").sort("team", "player", "frame"), "by time itself"),
+    (halves().with_columns(t=pl.col("t") + 110 * (pl.col("segment") == "2.")), "by segment"),  # stoppage time
+    (halves().drop("segment").filter((pl.col("team") != "blue") | (pl.col("player") != 1) | (pl.col("frame") > 1200)), "by time itself"),
+    (scored(halves()), "by segment"),
+    (scored(halves(), anew=True), "by segment"),
+    (scored(halves()).with_columns(game_state=pl.lit("play")), "by segment"),
+])
+def test_time_that_begins_anew(table: pl.DataFrame, by: str) -> None:
+    """Halves that both count from 0 follow each other, however the table is sorted; sides change, goals are whose they are."""
+    log = match(table)
+    assert goals(log) == BOTH
+    assert log.frames.t_ns.max() == int((2 * HALF_S - 0.1) * 1e9)
+    assert [(round(p.start_ns / 1e9), p.home_attacks) for p in log.info.periods] == [(0, 1), (HALF_S, -1)]
+    assert log.referee.filter(pl.col("event") == "half").height == 1
+    assert said(log) == f"time begins anew: 2 periods were put one after the other, {by}"
+
+
+def test_time_that_does_not() -> None:
+    """A copy of the match, a late frame, segments that come back and a clock that is mended begin no half; the last is said."""
+    one = half()
+    late = one.with_row_index().sort(pl.when(pl.col("frame") == 300).then(pl.col("index") + 500).otherwise("index")).drop("index")
+    for table in (pl.concat([one, one]), late, one.with_columns(segment=(pl.col("t") // 10 % 2).cast(pl.String))):
+        log = match(table)
+        assert goals(log) == BLUE
+        assert "begins anew" not in said(log)
+    assert "time goes back by 4.9 s" in said(match(one.with_columns(t=pl.col("t") - 5.0 * (pl.col("t") > 70))))
+    with pytest.raises(BadRecording, match="time that begins anew, and nothing tells to which half a row belongs"):
+        match(halves().drop("segment").with_columns(frame=pl.col("frame") % 1200).sort("team", "player", maintain_order=True))
+
+
+# --- numbers for "not seen" ---------------------------------------------------------------------------
+
+def lost(value: float, of: str = "ball", share: int = 20) -> pl.DataFrame:
+    """The first half with a number in place of every so many-th place, but not where a goal is."""
+    ball = pl.col("team") == "ball"
+    at = (ball if of == "ball" else ~ball) & (pl.col("frame") % share == 7) & (pl.col("frame") % 300 > 40)
+    return half().with_columns(pl.when(at).then(value).otherwise(pl.col(axis)).alias(axis) for axis in "xy")
+
+
+@pytest.mark.parametrize("of", ["ball", "robots"])
+@pytest.mark.parametrize("value", [-999.0, 9999.0, -1.0, 1e6, 1e9, 255.0, 0.0])
+def test_not_seen(value: float, of: str) -> None:
+    """A number that stands for "not seen" is found, made null and said; league, pitch and goals stay."""
+    log = match(lost(value, of))
+    assert (log.info.pitch.kind, log.info.pitch.length, goals(log)) == ("vsss", 1.5, BLUE)
+    assert f"places of {value:g} recur exactly and are no places: taken for not seen" in said(log)
+    bodies = log.frames.ball if of == "ball" else log.frames.robots
+    assert not np.isin(bodies["x"], np.float32(value)).any() or value == 0
+    assert "not seen" not in said(match(half()))  # a ball that is put to the centre is seen
+
+
+# --- origin and unit ----------------------------------------------------------------------------------
+
+def moved(along: float, across: float, factor: tuple[float, float]) -> pl.DataFrame:
+    return half().with_columns(x=(pl.col("x") + along) * factor[0], y=(pl.col("y") + across) * factor[1])
+
+
+@pytest.mark.parametrize(("table", "mapping", "says"), [
+    (moved(0.75, 0.65, (1, 1)), "", "read as m from a corner of a pitch of 1.5 x 1.3 m"),
+    (moved(0.75, 0.65, (100, 100)), "", "read as cm from a corner of a pitch of 1.5 x 1.3 m"),
+    (moved(0.75, 0.65, (1000, 1000)), "", "read as mm from a corner of a pitch of 1.5 x 1.3 m"),
+    (moved(0, 0, (100, 100)), "", "read as cm from the centre of a pitch of 1.5 x 1.3 m"),
+    (moved(0.75, -0.65, (1, 1)), "axes = {centre = [0.75, -0.65]}", ""),
+    (moved(0.75, 0.65, (1 / 1.5, 1 / 1.3)), "units = {length = 'share'}\npitch = {kind = 'vsss'}", ""),
+    (moved(0.75, 0.65, (100 / 1.5, 100 / 1.3)), "units = {length = 'percent'}\npitch = {kind = 'vsss'}", ""),
+    (moved(0, 0, (1 / 0.75, 1 / 0.65)), "units = {length = 'half'}\npitch = {kind = 'vsss'}", ""),
+    (moved(0.75, 0.65, (80, 50)), "units = {metres = [0.0125, 0.02]}\naxes = {origin = 'corner'}", ""),
+])
+def test_origin(table: pl.DataFrame, mapping: str, says: str) -> None:
+    """Places from a corner, in other units or in parts of the pitch become metres from the centre, by a map or where one reading fits."""
+    log, usual = match(table, mapping), match(half())
+    assert log.info.pitch == usual.info.pitch
+    assert np.allclose(log.frames.robots["x"], usual.frames.robots["x"], atol=1e-5)
+    assert goals(log) == BLUE
+    assert says in said(log)
+
+
+@pytest.mark.parametrize(("table", "says"), [
+    (moved(0.75, 0.65, (1 / 1.5, 1 / 1.3)), r"all bodies in one quarter .* \[units\] length = \"share\""),
+    (moved(0.75, 0.65, (100 / 1.5, 100 / 1.3)), r"all bodies in one quarter .* \"percent\""),
+    (moved(0.75, -0.65, (1, 1)), r"one quarter .* Say in a map \[axes\] centre = \[0.7\d+, -0.65\], the place of the pitch's centre"),
+    (moved(0.75, 0.65, (1, 0.5)), r"one quarter .* \[axes\] origin = \"corner\""),
+    (moved(0, 0, (1 / 0.75, 1 / 0.65)), r"reach as far across as along .* \[pitch\] kind"),
+])
+def test_origin_that_nothing_tells(table: pl.DataFrame, says: str) -> None:
+    """Where no reading or several fit, the table is refused with the lines of a map."""
+    with pytest.raises(BadRecording, match=says):
+        match(table)
+
+
+# --- who is home --------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("names", [("home", "away"), ("Away", "Home"), ("visitante", "casa"), ("l", "r"), ("home_team", "away_team")])
+def test_home_by_name(names: tuple[str, str]) -> None:
+    """Teams that are called home and away are; a score is home's, with a ball or without."""
+    home = next(name for name in names if name.lower() in ("home", "casa", "l", "home_team"))
+    table = half(1, names)
+    for log in (match(table), match(table.filter(pl.col("team") != "ball").with_columns(score_home=2, score_away=1))):
+        assert (log.info.home, log.info.settings["guessed"]["home"]["from"]) == (home, "names")
+    assert log.referee.select("score_home", "score_away").row(-1) == (2, 1)
+
+
+def test_home_that_nothing_tells() -> None:
+    """Where nothing tells who is home, that is said with the word that settles it, and a score is nobody's."""
+    table = scored(halves()).filter(pl.col("team") != "ball")
+    log = match(table)
+    assert log.referee["score_home"].to_list().count(None) == len(log.referee)
+    assert 'say in a map [teams] home = "blue" or "yellow"' in log.quality.filter(flaw="home inferred")["note"][0]
+    assert goals(match(table, "teams = {home = 'yellow'}")) == [(t, {"blue": "yellow", "yellow": "blue"}[team]) for t, team in BOTH]
