@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options from-recordings imitation-gain rebuilt \
+.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options ssl-options from-recordings imitation-gain rebuilt \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial penalties tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -139,7 +139,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options from-recordings rebuilt paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about twelve hours)
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options ssl-options from-recordings rebuilt paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about twelve hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -236,6 +236,9 @@ study-options: $(READY)  ## ratios and classes of options, and what is recovered
 	$(BIN)/python data/studies/options/shipped.py
 	$(BIN)/python data/studies/options/alike.py
 	$(BIN)/python data/studies/options/study.py
+
+ssl-options: $(READY)  ## options of robots of SSL that drive in all directions (four minutes; RECORDINGS as above)
+	$(BIN)/python data/studies/omnidirectional/study.py $(RECORDINGS)
 
 from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour, and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/study.py
