@@ -14,7 +14,8 @@ FLAWS = (
     "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
     "direction inferred", "direction unknown", "skipped", "slow sampling",
     "off the pitch", "scorer unknown", "goals inferred", "goals unknown", "unit of angle", "text encoding", "unmatched map",
-    "half a pitch", "poor recognition", "assumed", "home inferred",
+    "half a pitch", "poor recognition", "assumed", "home inferred", "several matches", "colours switched",
+    "score corrected",
 )
 
 
@@ -22,7 +23,8 @@ class Matches(Table):
     """One recorded match."""
 
     NAME: ClassVar[str] = "matches"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     match_id = match_id()
     source = dy.String(description="name of the file the match was recorded in or imported from")
@@ -37,6 +39,8 @@ class Matches(Table):
     robots_per_team = dy.Int16(min=0, description="most robots a team had on the pitch at once")
     score_home = dy.Int16(nullable=True, min=0, description="final goals of home, null where unknown")
     score_away = dy.Int16(nullable=True, min=0, description="final goals of away, null where unknown")
+    shoot_out_home = dy.Int16(nullable=True, min=0, description="goals of home in a shoot-out, which its score does not count; null without one")
+    shoot_out_away = dy.Int16(nullable=True, min=0, description="goals of away in a shoot-out; null without one")
     complete = dy.Bool(description="whether the log has everything that the recorder wrote")
     incomplete_reason = dy.String(nullable=True, description="why the log is not complete")
     kind = dy.String(description="league: vsss, ssl, 2d or human")
@@ -90,7 +94,7 @@ class Quality(Table):
     """One flaw of a recording: flagged, never silently repaired."""
 
     NAME: ClassVar[str] = "quality"
-    VERSION: ClassVar[int] = 4
+    VERSION: ClassVar[int] = 5
     SINCE: ClassVar[int] = 1
 
     match_id = match_id()

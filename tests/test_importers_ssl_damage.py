@@ -161,20 +161,23 @@ def test_two_logs_of_one_match() -> None:
     game = match(log(WHOLE[:30], index=True) + log(WHOLE[30:]))
     assert numbers(game) == list(range(60))
     assert game.info.complete
-    assert notes(game, "skipped") == ["the header of a further log in the file: read on, it is of the same time"]
+    assert notes(game, "skipped") == ["the header of a further log in the file: read on, it is of the same match"]
 
 
 @pytest.mark.parametrize("later", [-7_200.0, 7_200.0])
 def test_two_logs_of_two_matches(later: float) -> None:
-    """A log of another time is left out, and the match is not complete."""
+    """A log of another time is another match."""
     gc = Referee()
     other = [gc.says(0, blue=Team("Others", 5)), *frames(60)]
     other = [m._replace(received=m.received + round(later * 1e9)) for m in other]
     game = match(log(WHOLE) + log(other))
     assert numbers(game) == list(range(60))
     assert game.info.home == "blue"
-    assert game.info.incomplete_reason == "the file has another log of another time"
-    assert flaws(game)["skipped"] == 61
+    assert (game.info.complete, flaws(game)["several matches"]) == (True, 2)
+    second = read(open_source(log(WHOLE) + log(other), "game.log").numbered(2))
+    assert (numbers(second), second.info.home) == (list(range(60)), "Others")
+    with pytest.raises(BadRecording, match=r"game.log: has no match number 3: it has 2"):
+        read(open_source(log(WHOLE) + log(other), "game.log").numbered(3))
 
 
 @pytest.mark.parametrize("version", [2, -1, 1 << 24])

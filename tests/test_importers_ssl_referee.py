@@ -3,36 +3,12 @@
 import polars as pl
 import pytest
 from support import ssl_messages as ssl
-from support.ssl_games import STEP, Referee, frames, match, ordered
+from support.ssl_games import FRAMES, STEP, Referee, command, frames, match, ordered, play, reported, stage
 from support.ssl_messages import Team
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.readers import open_source, read
-from pitchlore.pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
-from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import ImportSettings
-
-FRAMES = 100
-
-
-def command(word: str) -> int:
-    return COMMANDS.index(word)
-
-
-def stage(word: str) -> int:
-    return STAGES.index(word)
-
-
-def reported(match: MatchLog) -> list[tuple[object, ...]]:
-    """Frame, event, team, score of each event."""
-    rows = match.referee.select("t_ns", "event", "team", "score_home", "score_away").rows()
-    return [(round(t_ns / 1e9 / STEP), *rest) for t_ns, *rest in rows]
-
-
-def play(*said: tuple[int, dict[str, object]], referee: Referee | None = None, mapping: str = "") -> MatchLog:
-    """A game in which the referee says this before these frames."""
-    gc = referee or Referee()
-    return match(ordered([gc.says(frame, **what) for frame, what in said], frames(FRAMES)), mapping)
 
 
 def test_commands() -> None:

@@ -51,7 +51,7 @@ def read_isolated(
     process = clean(_LOADED).Process(
         target=_answer, args=(
             there, [str(path) for path in paths], source.provider, source.sha256, source.match_id, mapping,
-            limits, room * limits.memory_megabytes), daemon=True)
+            limits, room * limits.memory_megabytes, source.number), daemon=True)
     start_clean(process)
     there.close()
     try:
@@ -79,7 +79,7 @@ def read_isolated(
 
 def _answer(
     there: Connection, paths: Sequence[str], provider: str | None, sha256: str, match_id: str,
-    mapping: TrackingMap, limits: ImportSettings, megabytes: int,
+    mapping: TrackingMap, limits: ImportSettings, megabytes: int, number: int,
 ) -> None:
     """Read a recording and send its match, in the process of its own."""
     answer: tuple[bytes, Content]
@@ -90,7 +90,7 @@ def _answer(
                 (file.name, stack.enter_context(Files(file.parent).opened(file, megabytes=limits.megabytes)))
                 for file in map(Path, paths)
             ]
-            source = open_parts(parts, provider, limits)
+            source = open_parts(parts, provider, limits).numbered(number)
             if source.sha256 != sha256:
                 raise BadRecording("changes while it is read", where=source.name,  # noqa: TRY301
                                    next_step="Wait until it is whole")

@@ -17,7 +17,8 @@ UNSCORED = ("goals unknown", "scorer unknown")
 #: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
 REMARKABLE = (
     *UNSCORED, "assumed", "home inferred", "goals inferred", "unit of angle", "text encoding",
-    "unmatched map", "slow sampling", "off the pitch", "ball lost", "poor recognition",
+    "unmatched map", "slow sampling", "off the pitch", "ball lost", "poor recognition", "several matches",
+    "colours switched", "score corrected",
 )
 #: Remarks of an import that are reported.
 _REMARKS = 12

@@ -19,7 +19,7 @@ from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.importers.packing import Octets
 from pitchlore.pipeline.importers.readers import is_ours, judged, open_parts, read
-from pitchlore.pipeline.importers.source import SourceFile, slug
+from pitchlore.pipeline.importers.source import SourceFile, part_sha256, slug
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import ImportSettings
@@ -132,29 +132,46 @@ def _import(
     """Import an open recording; ``check`` raises StillWritten if it has changed."""
     given = _mapping(store, recording.mapping)
     name = slug(recording.file.name)  # until its content is known
-    try:
-        source = open_parts(parts, recording.provider, limits)
+    source: SourceFile | None = None
+
+    def taken(number: int) -> Imported:
+        nonlocal name, source
+        if source is None:
+            source = open_parts(parts, recording.provider, limits)
+        asked = source.numbered(number)
         store.release("matches", name)
-        name = source.match_id
-        there = _same_recording(store, source.sha256)
+        name = asked.match_id
+        there = _same_recording(store, asked.sha256)
         mapping = _kept(there) if given is None else given
         settings = mapping.settings()
-        if there is not None and _stands(store, there, source.sha256, settings):
+        if there is not None and _stands(store, there, asked.sha256, settings):
             store.release("matches", name)
-            return Imported(there, False, source.sha256)
-        source = source if there is None else source.named(there.name)
-        match, data = read_match(source, mapping, recording.files())
+            return Imported(there, False, asked.sha256)
+        asked = asked if there is None else asked.named(there.name)
+        match, data = read_match(asked, mapping, recording.files())
         check()
         data = log.packed(match) if data is None else data
         with store.locked("matches"):
-            receipt, new = _commit(store, match, data, source.sha256, settings)
+            receipt, new = _commit(store, match, data, asked.sha256, settings)
+        store.release("matches", name)
+        return Imported(receipt, new, asked.sha256)
+
+    try:
+        first = taken(1)
+        for number in _further(first.receipt, first.sha256):
+            taken(number)
     except Exception as error:
         if not getattr(error, "transient", False):
             check()
             store.quarantine("matches", name, error)
         raise
-    store.release("matches", name)
-    return Imported(receipt, new, source.sha256)
+    return first
+
+
+def _further(receipt: Receipt, sha256: str) -> range:
+    """Numbers of the further matches of a recording whose first match this is; none for a log of ours."""
+    there = receipt.details.get("match", {}).get("of", 1) if receipt.details.get("recording") == sha256 else 1
+    return range(2, there + 1)
 
 
 def read_match(
@@ -297,6 +314,7 @@ def made(match: MatchLog, data: Content | None = None) -> Made:
             **_bodies(match), "goals": _goals(match),
             "score": {side: row[f"score_{side}"][0] for side in SIDES},
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
+            **({"match": match.info.settings["match"]} if "match" in match.info.settings else {}),
             **({"heights": len(match.heights.t_ns)} if len(match.heights.t_ns) else {}),
             **({"options": len(match.options)} if len(match.options) else {}),
         },
@@ -335,5 +353,9 @@ def standing(store: Store, recording: Recording, sha256: str) -> Receipt | None:
     if there is None:
         return None
     settings = there.settings if mapping is None else mapping.settings()
+    for part in (part_sha256(sha256, number) for number in _further(there, sha256)):
+        other = _same_recording(store, part)
+        if other is None or not _stands(store, other, part, dict(settings)):
+            return None
     own = there.files["log"].sha256 == sha256 and store.intact(there)  # it is the log that we made ourselves
     return there if own or _stands(store, there, sha256, dict(settings)) else None

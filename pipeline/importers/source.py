@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.packing import Octets, Unpacking
 from pitchlore.pipeline.settings import ImportSettings
@@ -32,6 +33,7 @@ class SourceFile:
         packed: the file's bytes as they are, if its format is streamed, else None.
         parts: content of each file of a recording that is of several; ``content`` is then empty.
         provider: provider of the files, a key of ``football.providers.PROVIDERS``; None for other recordings.
+        number: number of the match that is asked for, if it has several one after the other.
     """
 
     name: str
@@ -44,6 +46,7 @@ class SourceFile:
     packed: Octets | None = field(default=None, repr=False, compare=False)
     parts: tuple[bytes, ...] = field(default=(), repr=False)
     provider: str | None = None
+    number: int = 1
 
     def pieces(self) -> Iterator[bytes]:
         """The content in pieces; a streamed format's is unpacked anew each time, never whole in memory."""
@@ -56,6 +59,13 @@ class SourceFile:
     def named(self, match_id: str) -> SourceFile:
         """The same recording under another id of its match."""
         return replace(self, match_id=match_id)
+
+    def numbered(self, number: int) -> SourceFile:
+        """The same recording asked for another of its matches, as a recording of its own."""
+        if number == 1:
+            return self
+        return replace(self, number=number, sha256=part_sha256(self.sha256, number),
+                       match_id=f"{self.match_id}-{number}")
 
     def too_much(self, what: str, limit: str) -> BadRecording:
         """The refusal of a file that exceeds a limit.
@@ -84,6 +94,11 @@ class SourceFile:
                 end = self.content.find(b"\n", start) % (len(self.content) + 1)
                 length = end - self.content.rfind(b"\n", 0, start)
                 raise self.too_much(f"a line of {length} bytes", "line_kilobytes")
+
+
+def part_sha256(sha256: str, number: int) -> str:
+    """SHA-256 by which a match of a recording of several is known; the first has the recording's own."""
+    return sha256 if number == 1 else digest(f"{sha256} {number}".encode())
 
 
 def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes) -> tuple[bytes, str | None]:

@@ -11,7 +11,7 @@ from pitchlore.pipeline.importers.packets import vsss
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import LeagueName, channels
 from pitchlore.pipeline.importers.rows import MAX_SCORE
-from pitchlore.pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
+from pitchlore.pipeline.importers.ssl_logs.stages import COMMANDS, STAGES
 from pitchlore.pipeline.live.referee import said_in
 from pitchlore.pipeline.live.screening import laid_out
 

@@ -27,6 +27,8 @@ def row(log: MatchLog) -> pl.DataFrame:
         score: reported.filter(pl.col(score).is_not_null() | unsettling)[score].to_list()
         for score in ("score_home", "score_away")
     }
+    told = info.settings.get("shoot_out")
+    shot = told if isinstance(told, dict) else {}
     values = {
         "match_id": info.match_id,
         "source": info.source,
@@ -37,6 +39,8 @@ def row(log: MatchLog) -> pl.DataFrame:
         "hz": 1e9 / float(np.median(steps)) if len(steps) else None,
         "robots_per_team": most,
         **{score: known[-1] if known else None for score, known in scores.items()},
+        "shoot_out_home": shot.get("home"),
+        "shoot_out_away": shot.get("away"),
         "complete": info.complete,
         "incomplete_reason": info.incomplete_reason,
         "kind": info.pitch.kind.value,

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from support.ssl_messages import REFEREE, VISION_2014, Message, Seen, Team, log, referee, size, vision
 
 from pitchlore.pipeline.importers.readers import open_source, read
+from pitchlore.pipeline.importers.ssl_logs.stages import COMMANDS, STAGES
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pitchlore.pipeline.matches.frame import MatchLog
 
@@ -72,3 +73,27 @@ def flaws(match: MatchLog) -> dict[str, int]:
     """Number of each flaw."""
     rows = match.quality.select("flaw", "count").rows()
     return {str(flaw): sum(count for other, count in rows if other == flaw) for flaw, _ in rows}
+
+
+#: Frames of a game that is told by ``play``.
+FRAMES = 100
+
+
+def command(word: str) -> int:
+    return COMMANDS.index(word)
+
+
+def stage(word: str) -> int:
+    return STAGES.index(word)
+
+
+def reported(match: MatchLog) -> list[tuple[object, ...]]:
+    """Frame, event, team, score of each event."""
+    rows = match.referee.select("t_ns", "event", "team", "score_home", "score_away").rows()
+    return [(round(t_ns / 1e9 / STEP), *rest) for t_ns, *rest in rows]
+
+
+def play(*said: tuple[int, dict[str, object]], referee: Referee | None = None, mapping: str = "") -> MatchLog:
+    """A game in which the referee says this before these frames."""
+    gc = referee or Referee()
+    return match(ordered([gc.says(frame, **what) for frame, what in said], frames(FRAMES)), mapping)

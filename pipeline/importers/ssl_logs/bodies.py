@@ -11,7 +11,8 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.ssl_logs import container, tracker, vision
 from pitchlore.pipeline.importers.ssl_logs.cameras import CAMERAS, Limits, Merger
-from pitchlore.pipeline.importers.ssl_logs.container import ORDER, Container
+from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour
+from pitchlore.pipeline.importers.ssl_logs.container import ORDER, Container, Span, within
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered, Gathering
 from pitchlore.pipeline.importers.ssl_logs.senders import Senders
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
@@ -78,7 +79,7 @@ def _is_there(tracked: FrameSpan, seen: FrameSpan) -> bool:
 
 
 def seen_by_cameras(
-    source: SourceFile, found: Survey, mapping: SslMap, pitch: Pitch | None, home: int
+    source: SourceFile, found: Survey, mapping: SslMap, pitch: Pitch | None, home: HomeColour, span: Span
 ) -> tuple[Gathered, list[Flaw]]:
     """Samples by the cameras of a log, and flaws of what could not be used.
 
@@ -88,6 +89,7 @@ def seen_by_cameras(
         mapping: settings.
         pitch: the pitch; None where the log does not give it: balls are anywhere then.
         home: the colour that is home.
+        span: messages of the match.
     """
     beyond = mapping.beyond
     reach = (np.inf, np.inf) if pitch is None else (pitch.length / 2 + beyond, pitch.width / 2 + beyond)
@@ -95,9 +97,7 @@ def seen_by_cameras(
     senders = Senders()
     unused = np.zeros(3, np.int64)
     with Gathering(home) as gathering:
-        for batch in Container(source.pieces()).batches():
-            if batch.part >= found.used:
-                break
+        for batch in within(Container(source.pieces()).batches(), span):
             seen, lost = vision.detections(batch.of(*VISION))
             unused += lost
             sender = senders.add(seen.frames, seen.packets[:, ORDER])
@@ -134,14 +134,12 @@ def seen_by_cameras(
 
 
 def seen_by_tracker(
-    source: SourceFile, found: Survey, mapping: SslMap, chosen: Chosen, home: int
+    source: SourceFile, mapping: SslMap, chosen: Chosen, home: HomeColour, span: Span
 ) -> tuple[Gathered, list[Flaw]]:
     """Samples by one tracker of a log, and flaws of what could not be used."""
     unused = np.zeros(3, np.int64)
     with Gathering(home) as gathering:
-        for batch in Container(source.pieces()).batches():
-            if batch.part >= found.used:
-                break
+        for batch in within(Container(source.pieces()).batches(), span):
             seen, lost = tracker.tracker_samples(batch.of(container.TRACKER), chosen.uuid, mapping.visibility)
             unused += lost
             gathering.add(seen)

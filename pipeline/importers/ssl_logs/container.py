@@ -77,6 +77,33 @@ class Batch(NamedTuple):
         )
 
 
+class Span(NamedTuple):
+    """Messages of a file: numbers of the first and of the one after the last."""
+
+    first: int
+    end: int
+
+
+#: All messages.
+WHOLE = Span(0, 1 << 62)
+
+
+def within(batches: Iterable[Batch], span: Span) -> Iterator[Batch]:
+    """The messages of batches that are in a span; those after it are not read."""
+    for batch in batches:
+        first, last = batch.packets[[0, -1], ORDER].tolist()
+        if first >= span.end:
+            return
+        if last < span.first:
+            continue
+        if span.first <= first and last < span.end:
+            yield batch
+            continue
+        low, high = np.searchsorted(batch.packets[:, ORDER], span).tolist()
+        yield batch._replace(packets=batch.packets[low:high], kind=batch.kind[low:high],
+                             start=batch.start[low:high], end=batch.end[low:high])
+
+
 class UnusableLogError(Exception):
     """A container is so damaged that it is not read; the message says how."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import UTC, datetime
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,10 @@ from pitchlore.pipeline.importers.ssl_logs.bodies import (
     seen_by_tracker,
 )
 from pitchlore.pipeline.importers.ssl_logs.clock import times
-from pitchlore.pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED
+from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour, Names, follow
+from pitchlore.pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED, WHOLE, Span
 from pitchlore.pipeline.importers.ssl_logs.coverage import half_a_pitch
+from pitchlore.pipeline.importers.ssl_logs.division import Stretch, divide
 from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered
 from pitchlore.pipeline.importers.ssl_logs.survey import Survey, survey
@@ -36,6 +38,7 @@ from pitchlore.pipeline.importers.tracking.states import Course, referee_events
 from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.schemas import SIDES
 
 #: Times before this are not of a clock that knows the date, Unix time in seconds: the year 2000.
 _DATED_S = 946_684_800.0
@@ -61,14 +64,17 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     Raises:
         BadRecording: if its version is unknown, if it has no frames of bodies, or exceeds a limit.
     """
-    found = survey(source)
+    part = _part(source)
+    found, span = part.found, part.span
     chosen = choose_source(found, mapping.ssl, source)
     told_pitch = _told_pitch(found, mapping.pitch)
-    home, names = _teams(found, mapping.teams, source)
+    teams = follow(found.reported)
+    first, names = _teams(teams.names, mapping.teams, source)
+    home = HomeColour(first, teams.switches)
     if chosen is None:
-        samples, flaws = seen_by_cameras(source, found, mapping.ssl, told_pitch, home)
+        samples, flaws = seen_by_cameras(source, found, mapping.ssl, told_pitch, home, span)
     else:
-        samples, flaws = seen_by_tracker(source, found, mapping.ssl, chosen, home)
+        samples, flaws = seen_by_tracker(source, mapping.ssl, chosen, home, span)
     if not len(samples.captured):
         raise BadRecording("has no frame that can be decoded", where=source.name, next_step="Copy it again")
     t_ns, jumps = times(samples.captured, samples.packets[:, RECEIVED])
@@ -78,25 +84,111 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     if told_pitch is not None:
         flaws += half_a_pitch(frames, told_pitch)
     at = _Times(samples.packets[:, ORDER], t_ns)
-    events = commands.command_events(found.reported, home, at.reported, source)
+    course = commands.command_events(teams.reported, home, lambda now: at.of(now.order), source)
+    events = course.events
     periods, inferred = _periods(found.reported, home, at, events, frames, mapping.teams)
-    flaws += inferred
+    flaws += [*inferred, *course.flaws, *_switches(home, names, at)]
     goals: dict[str, object] = {"from": "referee"}
     if not found.reported:
         events, more, goals = _inferred(frames, periods, unsure(periods, inferred), pitch, mapping, source)
         flaws += more
-    damaged, reasons = damage.container_flaws(found, source, at.received(samples.packets[:, RECEIVED]))
+    damaged, reasons = damage.container_flaws(
+        found, source, at.received(samples.packets[:, RECEIVED]), whole=part.of == 1,
+        last=part.number == part.of)
+    shot = {} if course.shoot_out is None else {"shoot_out": dict(zip(SIDES, course.shoot_out, strict=True))}
     info = MatchInfo(
         match_id=source.match_id, source=source.name, format="ssl-log", home=names[0], away=names[1],
         started_at=_started(samples), pitch=pitch, periods=periods,
-        settings=_settings(found, chosen, mapping, told_pitch) | {"goals": goals},
+        settings=_settings(found, chosen, mapping, told_pitch) | {"goals": goals} | part.settings() | shot,
         software=RELEASE, complete=not reasons,
         incomplete_reason="; ".join(reasons) or None,
     )
     return MatchLog(
         info=info, frames=frames, referee=referee(source.match_id, events),
-        quality=quality_table(source.match_id, damaged + flaws),
+        quality=quality_table(source.match_id, [*damaged, *flaws, *part.flaws(int(t_ns.max()))]),
     )
+
+
+class _Part(NamedTuple):
+    """A match of a log: its number from 1, the number of matches, messages, survey, and what is beside it.
+
+    Attributes:
+        before, after: stretches just before and after it that are of no match.
+    """
+
+    number: int
+    of: int
+    span: Span
+    found: Survey
+    before: Stretch | None = None
+    after: Stretch | None = None
+
+    def settings(self) -> dict[str, object]:
+        """Number as JSON values; nothing where there is one match."""
+        return {} if self.of == 1 else {"match": {"number": self.number, "of": self.of}}
+
+    def flaws(self, end_ns: int) -> list[Flaw]:
+        """Flaws of what is beside it."""
+        rows = []
+        if self.of > 1:
+            rows.append(Flaw("several matches", (
+                f"the recording has {self.of} matches one after the other, this is number {self.number}: an "
+                "import makes each a match of its own"), self.of))
+        if self.before is not None:
+            rows.append(Flaw("skipped", "messages before the match, of another one that is not in the log",
+                             self.before.end - self.before.first))
+        if self.after is not None:
+            note = f"messages after the match: {self.after.why}, and nothing was played after that"
+            rows.append(Flaw("skipped", note, self.after.end - self.after.first, end_ns, end_ns + 1))
+        return rows
+
+
+def _part(source: SourceFile) -> _Part:
+    """The match of a log that is asked for.
+
+    Raises:
+        BadRecording: if it has fewer matches.
+    """
+    whole = survey(source)
+    stretches = divide(whole.reported, whole.parts)
+    if len(stretches) <= 1:
+        return _only(_Part(1, 1, WHOLE, whole), source)
+    surveys = [survey(source, Span(stretch.first, stretch.end)) for stretch in stretches]
+    seen = [i for i, found in enumerate(surveys) if found.vision.frames or found.trackers]
+    played = [i for i in seen if stretches[i].played] or sorted(
+        seen, key=lambda i: stretches[i].end - stretches[i].first)[-1:]
+    if not played:
+        return _only(_Part(1, 1, WHOLE, whole), source)
+    if source.number > len(played):
+        return _only(_Part(1, len(played), WHOLE, whole), source)
+    i = played[source.number - 1]
+    before, after = (stretches[j] if 0 <= j < len(stretches) and j not in played else None
+                     for j in (i - 1, i + 1))
+    span = Span(stretches[i].first, stretches[i].end)
+    return _Part(source.number, len(played), span, surveys[i], before, after)
+
+
+def _only(part: _Part, source: SourceFile) -> _Part:
+    """The part, if it is asked for.
+
+    Raises:
+        BadRecording: if another one is.
+    """
+    if source.number > part.of:
+        raise BadRecording(f"has no match number {source.number}: it has {part.of}", where=source.name,
+                           next_step="Import it again")
+    return part
+
+
+def _switches(home: HomeColour, names: tuple[str, str], at: _Times) -> list[Flaw]:
+    """A flaw for each change of the teams' colours."""
+    rows = []
+    for order in home.switches:
+        t_ns, colour = at.of(order), home.now(order)
+        note = (f"from {t_ns / 1e9:.1f} s on {names[0]} is {_COLOURS[colour]} and {names[1]} is "
+                f"{_COLOURS[1 - colour]}: teams are followed by name")
+        rows.append(Flaw("colours switched", note, start_ns=t_ns))
+    return rows
 
 
 class _Times:
@@ -110,9 +202,9 @@ class _Times:
     def __init__(self, order: I64, t_ns: I64) -> None:
         self._order, self._t_ns = order, t_ns
 
-    def reported(self, reported: RefereeReport) -> int:
-        """Time of what the referee says."""
-        at = int(np.searchsorted(self._order, reported.order))
+    def of(self, order: int) -> int:
+        """Time of a message by its number."""
+        at = int(np.searchsorted(self._order, order))
         return int(self._t_ns[min(at, len(self._t_ns) - 1)])
 
     def received(self, received: I64) -> damage.When:
@@ -150,19 +242,16 @@ def _with(pitch: Pitch, given: PitchMap) -> Pitch:
     return Pitch.model_validate({**pitch.model_dump(), **given.model_dump(exclude_none=True)})
 
 
-def _teams(found: Survey, given: TeamNames, source: SourceFile) -> tuple[int, tuple[str, str]]:
-    """The colour that is home, and the names of home and away.
+def _teams(told: Names, given: TeamNames, source: SourceFile) -> tuple[int, tuple[str, str]]:
+    """The colour with which home begins, and the names of home and away.
 
-    Names are the last ones that the referee reported, else the colours; a colour is added to a name that both
-    have.
+    Names are the last ones that the referee reported of the teams that begin as yellow and as blue, else the
+    colours; a colour is added to a name that both have.
 
     Raises:
         BadRecording: if the map names a team that the log does not have.
     """
-    names = list(_COLOURS)
-    for reported in found.reported:
-        for team in (YELLOW, BLUE):
-            names[team] = reported.teams[team].name or names[team]
+    names = [name or colour for name, colour in zip(told, _COLOURS, strict=True)]
     if names[YELLOW] == names[BLUE]:
         names = [f"{name} ({colour})" for name, colour in zip(names, _COLOURS, strict=True)]
     home = BLUE
@@ -196,21 +285,22 @@ def _inferred(
 
 
 def _periods(
-    reported: list[RefereeReport], home: int, at: _Times, events: list[Event], frames: Frames,
+    reported: list[RefereeReport], home: HomeColour, at: _Times, events: list[Event], frames: Frames,
     given: TeamNames
 ) -> tuple[tuple[Period, ...], list[Flaw]]:
     """Periods by what the referee says of the sides, else inferred from where the robots stand."""
     first: Literal[1, -1] | None = None
     if given.home_attacks is not None:
         first = 1 if given.home_attacks == "right" else -1
-    sides = [(at.reported(now), now.blue_on_positive) for now in reported if now.blue_on_positive is not None]
+    sides = [(at.of(now.order), now.blue_on_positive == (home.now(now.order) == BLUE))
+             for now in reported if now.blue_on_positive is not None]
     if first is not None or not sides:
         return infer_periods(frames, [event.t_ns for event in events if event.event == "half"], first)
     end = int(frames.t_ns.max()) + 1
     signs: dict[int, Literal[1, -1]] = {}
-    for index, (t_ns, blue_on_positive) in enumerate(sides):
+    for index, (t_ns, on_positive) in enumerate(sides):
         # a team attacks the half that is not its own
-        signs[0 if index == 0 else t_ns] = -1 if blue_on_positive == (home == BLUE) else 1
+        signs[0 if index == 0 else t_ns] = -1 if on_positive else 1
     starts = [t for t in sorted(signs) if t == 0 or t < end]
     changes = [t for i, t in enumerate(starts) if i == 0 or signs[t] != signs[starts[i - 1]]]
     return tuple(

@@ -48,6 +48,7 @@ class RefereeReport(NamedTuple):
         counter: counter of commands; it rises with each.
         blue_on_positive: whether blue's goal is at +x; None where the packet does not say.
         teams: yellow and blue.
+        silent: time since the controller's packet before, ns.
     """
 
     order: int
@@ -58,6 +59,7 @@ class RefereeReport(NamedTuple):
     counter: int
     blue_on_positive: bool | None
     teams: tuple[RefereeTeam, RefereeTeam]
+    silent: int
 
 
 class RefereeLog:
@@ -72,6 +74,8 @@ class RefereeLog:
         self._packets: Counter[int] = Counter()
         self._reported: dict[int, list[RefereeReport]] = {}
         self._last: dict[int, I64] = {}
+        self._spans: dict[int, tuple[int, int]] = {}
+        self._received: dict[int, int] = {}
 
     def add(self, batch: Batch) -> None:
         """Take up a batch of referee packets.
@@ -88,27 +92,48 @@ class RefereeLog:
                 continue
             mine = rows[:, _SOURCE] == source
             self._packets[source] += int(mine.sum())
+            at = packets[mine, ORDER]
+            self._spans[source] = self._spans.get(source, (int(at[0]),))[0], int(at[-1])
             self._add(batch, rows[mine], packets[mine], source)
 
     def reported(self) -> list[RefereeReport]:
-        """Messages of the game controller with the most packets, in the order of the file."""
-        if not self._packets:
-            return []
-        return self._reported[self._packets.most_common(1)[0][0]]
+        """Messages of one game controller at a time, in the order of the file.
+
+        One that was started anew has another identifier, so those that follow each other are one. Of those
+        that send at once the one with the most packets is heard.
+        """
+        return sorted((report for source in self._heard() for report in self._reported[source]),
+                      key=lambda report: report.order)
 
     def packets(self) -> int:
-        """Number of sound packets of that game controller."""
-        return max(self._packets.values(), default=0)
+        """Number of sound packets of those game controllers."""
+        return sum(self._packets[source] for source in self._heard())
+
+    def unheard(self) -> int:
+        """Number of sound packets of the others."""
+        return self._packets.total() - self.packets()
+
+    def _heard(self) -> list[int]:
+        kept: list[int] = []
+        for source, _ in self._packets.most_common():
+            first, last = self._spans[source]
+            if all(last < self._spans[other][0] or self._spans[other][1] < first for other in kept):
+                kept.append(source)
+        return kept
 
     def _add(self, batch: Batch, rows: I64, packets: I64, source: int) -> None:
         before = self._last.get(source, np.full(_COLUMNS, -(1 << 40), np.int64))
         compared = np.vstack((before, rows))[:, :_SOURCE]
         new = np.flatnonzero((compared[1:] != compared[:-1]).any(axis=1))
         self._last[source] = rows[-1]
+        received = packets[:, RECEIVED]
+        silent = np.diff(received, prepend=self._received.get(source, received[0]))
+        self._received[source] = int(received[-1])
         reported = self._reported.setdefault(source, [])
         if len(reported) + len(new) > _CHANGES:
             raise UnusableLogError(f"has a referee who says something else more than {_CHANGES} times")
-        for row, packet in zip(rows[new].tolist(), packets[new].tolist(), strict=True):
+        for row, packet, quiet in zip(
+                rows[new].tolist(), packets[new].tolist(), silent[new].tolist(), strict=True):
             teams = []
             for team in (YELLOW, BLUE):
                 first = _TEAMS + team * _OF_A_TEAM
@@ -118,7 +143,7 @@ class RefereeLog:
             side = None if row[_SIDE] < 0 else bool(row[_SIDE])
             reported.append(RefereeReport(
                 packet[ORDER], packet[RECEIVED], batch.part, row[_STAGE], row[_COMMAND], row[_COUNTER], side,
-                (teams[0], teams[1])))
+                (teams[0], teams[1]), quiet))
 
 
 def _decode(batch: Batch) -> tuple[I64, Bools]:

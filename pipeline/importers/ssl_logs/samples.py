@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from pitchlore.pipeline.base.spool import Spool
 from pitchlore.pipeline.importers.rows import pack
+from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour
+from pitchlore.pipeline.importers.ssl_logs.container import ORDER
 from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, wrap
 from pitchlore.pipeline.numbers.arrays import F64, I64
 
@@ -35,19 +37,20 @@ class CapturedSamples(NamedTuple):
     robots: F64
 
 
-def frames_of(samples: CapturedSamples, home: int) -> Frames:
+def frames_of(samples: CapturedSamples, home: int | I64) -> Frames:
     """Frames of samples; their times are zero.
 
     Args:
         samples: with F frames.
-        home: the colour that is home.
+        home: the colour that is home, one or int64 [F].
     """
+    of_robot = home if isinstance(home, int) else home[samples.frame_of]
     ball = {name: samples.ball[:, i] for i, name in enumerate(BALL_DTYPE.fields or ())}
     robots: dict[str, npt.NDArray[np.generic]] = {
         name: samples.robots[:, 2 + i] for i, name in enumerate(("x", "y", "theta", "vx", "vy", "omega"))
     }
     robots["theta"] = wrap(samples.robots[:, 4])
-    robots["team"] = (samples.robots[:, 0] != home).astype(np.uint8)
+    robots["team"] = (samples.robots[:, 0] != of_robot).astype(np.uint8)
     robots["id"] = samples.robots[:, 1].astype(np.uint16)
     times = np.zeros(len(samples.number), np.int64)
     return pack(samples.number.astype(np.uint32), times, ball, samples.frame_of, robots)
@@ -80,7 +83,7 @@ class Gathering:
         StorageFailed: from any method, if the temporary folder is full or cannot be written.
     """
 
-    def __init__(self, home: int) -> None:
+    def __init__(self, home: HomeColour) -> None:
         self.robots = 0
         self._home = home
         self._files = ExitStack()
@@ -98,7 +101,7 @@ class Gathering:
 
     def add(self, part: CapturedSamples) -> None:
         """Take up the samples of the next part of the log."""
-        frames = frames_of(part, self._home)
+        frames = frames_of(part, self._home.at(part.packets[:, ORDER]))
         self._packets.write(part.packets.tobytes())
         self._captured.write(part.captured.tobytes())
         self._number.write(frames.number.tobytes())

@@ -14,10 +14,13 @@ from pitchlore.pipeline.importers.ssl_logs.clock import Lags
 from pitchlore.pipeline.importers.ssl_logs.container import (
     ORDER,
     RECEIVED,
+    WHOLE,
     Batch,
     Container,
     ContainerFlaws,
+    Span,
     UnusableLogError,
+    within,
 )
 from pitchlore.pipeline.importers.ssl_logs.geometry import Size
 from pitchlore.pipeline.importers.ssl_logs.referee import RefereeLog, RefereeReport
@@ -29,8 +32,6 @@ VISION = (container.VISION_2010, container.VISION_2014)
 _READ = (*VISION, container.REFEREE, container.TRACKER)
 #: Cameras, trackers and sizes of the pitch that a log is asked for: of more, the first ones count.
 _MOST = 64
-#: A further log in the file is of the same match if it begins at most this long after the one before, ns.
-_GOES_ON_NS = 30 * 60 * 10**9
 
 
 @dataclass(slots=True)
@@ -58,11 +59,12 @@ class FrameSpan:
 
 @dataclass(slots=True)
 class LogExtent:
-    """One log of a file: number of messages, and when the first and the last were received, ns."""
+    """One log of a file: its messages, when the first and the last came, ns, and the first one's number."""
 
     messages: int = 0
     first: int = 0
     last: int = 0
+    order: int = 0
 
 
 @dataclass(slots=True)
@@ -71,8 +73,7 @@ class Survey:
 
     Attributes:
         damage: damage of the container.
-        parts: logs of the file that have messages.
-        used: number of the first logs of the file that are one match; the rest is left out.
+        parts: the logs of the file; in the survey of a match only its messages count.
         sizes: sizes of the pitch, and how often the log gives each.
         vision: frames of all cameras.
         cameras: frames of each camera.
@@ -82,6 +83,7 @@ class Survey:
         trackers: frames of each tracker, by uuid and name.
         reported: the referee's messages.
         referee_packets: number of the referee's packets.
+        unheard: number of packets of other game controllers that sent meanwhile.
         lost: vision packets that cannot be decoded.
         damaged: packets of the referee that cannot be decoded.
         unread: messages of types that are not read.
@@ -89,7 +91,6 @@ class Survey:
 
     damage: ContainerFlaws = field(default_factory=ContainerFlaws)
     parts: list[LogExtent] = field(default_factory=list)
-    used: int = 1
     sizes: Counter[Size] = field(default_factory=Counter)
     vision: FrameSpan = field(default_factory=FrameSpan)
     cameras: Counter[float] = field(default_factory=Counter)
@@ -99,13 +100,18 @@ class Survey:
     trackers: dict[tuple[str, str], FrameSpan] = field(default_factory=dict)
     reported: list[RefereeReport] = field(default_factory=list)
     referee_packets: int = 0
+    unheard: int = 0
     lost: int = 0
     damaged: int = 0
     unread: Counter[int] = field(default_factory=Counter)
 
 
-def survey(source: SourceFile) -> Survey:
+def survey(source: SourceFile, span: Span = WHOLE) -> Survey:
     """Survey of a log.
+
+    Args:
+        source: the log.
+        span: messages that are surveyed.
 
     Raises:
         BadRecording: if its version is unknown, if it is damaged at too many places, or if it has more
@@ -114,23 +120,22 @@ def survey(source: SourceFile) -> Survey:
     log = Container(source.pieces())
     found = Survey(damage=log.damage)
     try:
-        _read(log, found, source)
+        _read(log, found, source, span)
     except UnusableLogError as error:
         raise BadRecording(str(error), where=source.name,
                            next_step="Record or copy it again, or split it into matches") from error
     return found
 
 
-def _read(log: Container, found: Survey, source: SourceFile) -> None:
+def _read(log: Container, found: Survey, source: SourceFile, span: Span) -> None:
     referee, lags, senders = RefereeLog(), Lags(), Senders()
-    for batch in log.batches():
+    for batch in within(log.batches(), span):
         if log.damage.versions[0] not in container.VERSIONS:
             raise BadRecording(f"is an SSL log of version {log.damage.versions[0]}", where=source.name,
                                next_step="Convert it to version 1 with the league's ssl-log-converter")
         if log.messages > source.limits.rows:
             raise source.too_much(f"more than {source.limits.rows} messages", "rows")
-        if not _is_of_match(found, batch):
-            continue
+        _count(found, batch)
         found.unread.update(batch.kind[~np.isin(batch.kind, _READ)].tolist())
         _see(batch.of(*VISION), found, lags, senders)
         _track(batch.of(container.TRACKER), found)
@@ -138,24 +143,18 @@ def _read(log: Container, found: Survey, source: SourceFile) -> None:
     found.senders, found.left_out = senders.frames(), senders.left_out()
     found.ahead = lags.ahead(found.left_out)
     found.reported, found.referee_packets = referee.reported(), referee.packets()
-    found.damaged = referee.damaged
+    found.damaged, found.unheard = referee.damaged, referee.unheard()
 
 
-def _is_of_match(found: Survey, batch: Batch) -> bool:
-    """True if a batch is of the match with which the file begins; it is counted either way."""
+def _count(found: Survey, batch: Batch) -> None:
+    """Count a batch to its log of the file."""
     while len(found.parts) <= batch.part:
         found.parts.append(LogExtent())
     part = found.parts[batch.part]
-    first = int(batch.packets[0, RECEIVED])
     if not part.messages:
-        part.first = first
-        before = [other for other in found.parts[: batch.part] if other.messages]
-        goes_on = not before or 0 <= first - before[-1].last <= _GOES_ON_NS
-        if goes_on and found.used >= batch.part:
-            found.used = batch.part + 1
+        part.order, part.first = batch.packets[0].tolist()
     part.messages += len(batch.kind)
     part.last = int(batch.packets[-1, RECEIVED])
-    return batch.part < found.used
 
 
 def _see(batch: Batch, found: Survey, lags: Lags, senders: Senders) -> None:
