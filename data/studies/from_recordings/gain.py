@@ -11,56 +11,102 @@ interval over the ten. The matches that a season needs to beat static by five ar
 from which on the mean of it and the next is at least five. Both aims were written before any of these seeds
 was played: a gain whose lower bound is above 0; at most a third of the matches, in the median.
 
+The control was added when these seasons were known, and written down before it was played: seasons of the
+first five seeds that start from *shuffled* habits. Those are learned as the copy's, from the same clues dealt
+out anew among the windows of a role, so the apprentice is offered the same actions, and knows how often a role
+takes each, but nothing of when. The aim: the area of those that start as the copy is greater, lower bound of
+the five differences above 0. If it is not, the gain was that of a list of actions.
+
 ``gain.csv`` has a row for each season and counted game.
 """
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import polars as pl
-from from_recordings.study import FOLDER, NAME, RECORDED, TEAMS, Study, recorded
+from from_recordings.study import FOLDER, NAME, RECORDED, TEAMS, Study, dealt_clues, recorded
 from harness import ROOT, seasons
 
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of, settings_of
+from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.statistics import mean_interval
-from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.settings import OptionSettings, Settings
 from pitchlore.pipeline.stages.report.measures import DIFFERENCE
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import Games
+from pitchlore.pipeline.store.work import Made
+from pitchlore.schemas import Clues, Games, Options
 
 SETTINGS, TEACHER = "looking-held", TEAMS[0]
 SEEDS, GAMES = range(4721, 4731), 8
+#: Seeds of the control, and the team whose imitation has shuffled habits.
+CONTROLS, SHUFFLED = SEEDS[:5], "shuffled"
 #: A season beats static from this mean difference on.
 AHEAD = 5.0
 MATCHES_A_GAME = 10
 
 
 def taught(study: Study, data: Path, teacher: str = TEACHER) -> None:
-    """Rebuild the teacher from its recordings, in a data folder of its own."""
+    """Rebuild the teacher from its recordings, and once more from shuffled clues, in folders of their own."""
     recordings = study.recordings(teacher, noisy=False)
     for job, path in recordings:
         recorded(job, path)
-    files = [path for _, path in recordings]
-    report = League(imitation_of(Store(data), NAME)).run(*files, settings=settings_of(Settings(), NAME))
+    own = imitation_of(Store(data), NAME)
+    _rebuilt(own, *(path for _, path in recordings))
+    control = imitation_of(Store(data), SHUFFLED)
+    if not control.versions("policies"):
+        shutil.copytree(own.root, control.root, dirs_exist_ok=True)
+        for noun in ("knowledge", "policies"):
+            shutil.rmtree(control.root / noun)
+        _shuffle(control)
+        _rebuilt(control)
+
+
+def _rebuilt(store: Store, *files: Path) -> None:
+    """Bring an imitation of the teacher up to date."""
+    report = League(store).run(*files, settings=settings_of(Settings(), NAME))
     if report.failures:
         raise SystemExit(str(report.failures))
 
 
-def played(data: Path, settings: str, seeds: Sequence[int], games: int) -> pl.DataFrame:
-    """The counted games of all seasons: starts, seed, game, difference; missing seasons are played."""
-    for first in range(0, len(seeds), 2):
-        for words in (("--start", f"{PREFIX}{NAME}"), ()):
-            seasons(settings, seeds[first:first + 2], data, "--opponent", "static", "--games", games, *words)
-    store = Store(data)
+def _shuffle(store: Store) -> None:
+    """Replace the clues to the teacher's options by :func:`from_recordings.study.dealt_clues`."""
+    dealt = dealt_clues(store)
+    for held in list(store.receipts("options")):
+        clues = table_of(store, held, Clues).select(pl.exclude("ratios")).join(
+            dealt.select("match_id", "team", "robot", "start_ns", "ratios"), how="inner",
+            on=("match_id", "team", "robot", "start_ns"), maintain_order="left").select(list(Clues.dtypes()))
+        work = STAGES["options"].work(held.name, OptionSettings.model_validate(held.settings), held.inputs)
+        store.commit(work, Made([(table_of(store, held, Options), Options), (clues, Clues)],
+                                details=held.details))
+
+
+def played(data: Path, settings: str, seeds: Sequence[int], controls: Sequence[int], games: int) -> pl.DataFrame:
+    """The counted games of all seasons: starts, seed, game, difference; missing seasons are played.
+
+    Args:
+        data: the data folder.
+        settings: name of the settings of seasons.
+        seeds: seeds of those that start as the copy, and of those that start from nothing.
+        controls: seeds of those that start from shuffled habits.
+        games: games of a season.
+    """
+    starts = {f"as-imitated-{NAME}": "as the copy", f"as-imitated-{SHUFFLED}": "from shuffled habits"}
+    for start, own in ((NAME, seeds), (None, seeds), (SHUFFLED, controls)):
+        words = ("--start", f"{PREFIX}{start}") if start else ()
+        for first in range(0, len(own), 2):
+            seasons(settings, own[first:first + 2], data, "--opponent", "static", "--games", games, *words)
+    store, name = Store(data), Path(settings).stem
     rows = pl.concat([store.read_table(held, "games", Games) for held in store.receipts("seasons")])
+    start_of = pl.col("settings").cast(pl.String).str.strip_prefix(name).str.strip_prefix("-")
     return rows.filter(pl.col("seed").is_in(seeds)).select(
-        "seed", "game", starts=pl.when(pl.col("settings") == Path(settings).stem).then(pl.lit("from nothing"))
-        .otherwise(pl.lit("as the copy")), difference=DIFFERENCE,
+        "seed", "game", starts=start_of.replace_strict(starts | {"": "from nothing"}), difference=DIFFERENCE,
     ).sort("starts", "seed", "game")
 
 
@@ -71,10 +117,13 @@ def needed(differences: Sequence[float]) -> int | None:
 
 
 def summary(games: pl.DataFrame) -> str:
-    """The area of each start, the gain with its interval, and the matches that were needed."""
+    """The area of each start, the gain over others with its interval, and the matches that were needed."""
     areas = games.pivot("starts", index="seed", values="difference", aggregate_function="mean")
-    gains = (areas["as the copy"] - areas["from nothing"]).to_numpy()
-    lines = [f"gain {gains.mean():+.1f} {mean_interval(gains)}"]
+    lines = []
+    for other in sorted({*areas.columns} - {"seed", "as the copy"}):
+        pairs = areas.drop_nulls(other)
+        gains = (pairs["as the copy"] - pairs[other]).to_numpy()
+        lines.append(f"gain over those that start {other} {gains.mean():+.1f} {mean_interval(gains)}")
     for (start, seed), own in games.group_by("starts", "seed", maintain_order=True):
         found = own.sort("game")["difference"].to_list()
         lines.append(f"{start}, {seed}: area {sum(found) / len(found):+.1f}, needs {needed(found)}")
@@ -82,11 +131,11 @@ def summary(games: pl.DataFrame) -> str:
 
 
 def main(study: Study, out: Path = FOLDER, settings: str = SETTINGS, seeds: Sequence[int] = SEEDS,
-         games: int = GAMES, teacher: str = TEACHER) -> pl.DataFrame:  # fmt: skip
+         controls: Sequence[int] = CONTROLS, games: int = GAMES, teacher: str = TEACHER) -> pl.DataFrame:  # fmt: skip
     """Play what is missing, and write the table."""
     data = study.data / "gain"
     taught(study, data, teacher)
-    table = played(data, settings, seeds, games)
+    table = played(data, settings, seeds, controls, games)
     table.write_csv(out / "gain.csv")
     print(summary(table))
     return table

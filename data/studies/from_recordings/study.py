@@ -187,12 +187,7 @@ class Study(NamedTuple):
         """A policy as that of the copy, from clues that were dealt out anew among the windows of a role."""
         store, root = self._copy(team), self.data / "learned" / f"{team}-shuffled"
         if not (root / "appraisals.parquet").exists():
-            sides = dict(League(store).ask("select match_id, home from matches").iter_rows())
-            clues = pl.concat([table_of(store, receipt, Clues).filter(
-                pl.col("team") == ("home" if sides[receipt.name] == NAME else "away"))
-                for receipt in store.receipts("options")])
-            dealt = clues.with_columns(pl.col("ratios").shuffle(seed=0).over("role"))
-            known = team_habits(dealt, Team(NAME, "vsss"), HabitSettings(), 1)
+            known = team_habits(dealt_clues(store), Team(NAME, "vsss"), HabitSettings(), 1)
             keep(*habitual(*known, 1), root)
         return root, TABLES
 
@@ -220,6 +215,15 @@ class Study(NamedTuple):
     def _copy(self, team: str) -> Store:
         """The data folder of the copy of most recordings."""
         return Store(self.data / "learned" / f"{team}-copy0-{self.recorded[-1]}")
+
+
+def dealt_clues(store: Store) -> pl.DataFrame:
+    """The clues to a demonstrator's options in all its matches, dealt out anew among the windows of a role."""
+    home = dict(League(store).ask("select match_id, home from matches").iter_rows())
+    clues = pl.concat([table_of(store, receipt, Clues).filter(
+        pl.col("team") == ("home" if home[receipt.name] == NAME else "away"))
+        for receipt in store.receipts("options")])
+    return clues.with_columns(pl.col("ratios").shuffle(seed=0).over("role"))
 
 
 def keep(pairs: pl.DataFrame, appraisals: pl.DataFrame, root: Path) -> None:
