@@ -283,6 +283,8 @@ class BehaviourSettings(Frozen):
         select_by: value that must exceed ``value_over``: "low", the lower end of the 95 % interval of the
             value, or "value" itself, which keeps the lucky ones.
         value_over: the limit of ``select_by``.
+        usual: whether a role without any behaviour above the limit keeps what it usually does: the groups
+            of the last round that lie on kept neurons, whatever they are worth.
         shrink: whether values are shrunk towards their families.
         support_at_least: least number of times that a behaviour was seen. The paper sets no limit, but
             the value of a group that was seen once depends on the next goal alone.
@@ -302,6 +304,7 @@ class BehaviourSettings(Frozen):
     share_of: Literal["groups", "situations"] = "groups"
     select_by: Literal["low", "value"] = "low"
     value_over: float = 0.0
+    usual: bool = Field(default=False, exclude_if=lambda usual: not usual)
     shrink: bool = True
     support_at_least: int = Field(default=3, ge=1)
     keep_random: bool = False

@@ -97,6 +97,18 @@ def test_lower_end():
     assert chosen["low"].item() > 0
 
 
+@pytest.mark.parametrize(("paying", "kept"), [
+    ([], ["goalkeeper-001-011", "midfield-001-011", "midfield-003-011", "striker-001-011"]),
+    (["striker"], ["goalkeeper-001-011", "midfield-001-011", "midfield-003-011"]),
+    (ROLES, ["goalkeeper-001-011"]),
+])
+def test_what_a_role_usually_does(paying, kept):
+    """A role that nothing pays, of this round or earlier ones, keeps what it did often enough, on busy neurons."""
+    found = pl.concat([BUSY, table(("striker", [1, 11], 30, -9.0, 4.0), ("striker", [3, 11], 1, 0.1, 0.1))])
+    settings = ANY.model_copy(update={"value_over": 0.3, "support_at_least": 2})
+    assert select(found, 100, settings, ONE, paying).patterns["behaviour_id"].to_list() == kept
+
+
 def test_only_random():
     """Moving randomly all the time is no behaviour, unless the settings ask for it."""
     assert "striker-194-194" not in select(BUSY, 50, ANY, ONE).patterns["behaviour_id"]

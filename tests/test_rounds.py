@@ -177,3 +177,15 @@ def test_one_more_match(tmp_path):
     shutil.copytree(store.root / "models", again.root / "models")  # they stand until there are twice as many matches
     STAGES.make(again, SETTINGS, scope_of(again))
     assert contents(again) == contents(store)
+
+
+def test_usual():
+    """Where nothing pays a team keeps single situations, if so set; a longer behaviour that pays is enough of a role."""
+    tables, sides = league_of([([1, 11, 21, 46] * 3, [1, 11, 46] * 3, (ONE, ONE))])
+    dear = {"value_over": 9.0, "shrink": True}
+    found = {usual: learn(tables.values, sides, ANY.model_copy(update=dear | {"usual": usual})).patterns for usual in (False, True)}
+    assert found[False].is_empty()
+    assert set(found[True].select("role", "n").iter_rows()) == {("midfield", 1), ("striker", 1)}
+    both = [learn(tables.values, sides, ANY.model_copy(update={"usual": usual})).patterns for usual in (False, True)]
+    assert both[0].equals(both[1])
+    assert both[0].filter(pl.col("n") > 1)["role"].n_unique() == 2

@@ -58,15 +58,17 @@ def looks(policy: Manifest) -> bool:
 
 
 def known_play(store: Store, policy: Manifest) -> dict[str, float]:
-    """The shares of ``known_shares`` of the knowledge that a policy was trained on.
-
-    Empty if the policy looks, or if that version of the knowledge is no longer there.
-    """
-    number = policy.details["knowledge_version"]
-    if looks(policy) or number not in store.versions("knowledge"):
+    """The shares of ``known_shares`` of the knowledge that a policy was trained on; none if that is gone."""
+    knowledge = trained_on(store, policy)
+    if knowledge is None:
         return {}
-    knowledge = store.manifest("knowledge", number)
     return known_shares(of_imitated(knowledge, table_of(store, knowledge, Occasions)))
+
+
+def trained_on(store: Store, policy: Manifest) -> Manifest | None:
+    """The version of the knowledge that a policy was trained on; None if it is no longer there."""
+    number = policy.details["knowledge_version"]
+    return store.manifest("knowledge", number) if number in store.versions("knowledge") else None
 
 
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
@@ -130,7 +132,9 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
         .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
         for table in inputs.tables("decisions", Decisions)])
-    appraisals, trees = Appraisals.empty(), next(inputs.batches("knowledge", HabitTrees))
+    appraisals, trees = Appraisals.empty(), HabitTrees.empty()
+    if settings.learner != "sarsa":
+        trees = next(inputs.batches("knowledge", HabitTrees))
     if settings.learner == "sight":
         seen = actions(seen, TABLE_1, settings.appraisals)
     if settings.learner == "imitation":

@@ -200,7 +200,7 @@ class Policy(Version):
 
         Empty if the policy looks, or if that version of the knowledge is no longer there.
         """
-        return known_play(self._store, self._manifest)
+        return {} if self.looks else known_play(self._store, self._manifest)
 
     def team(self, **options: Unpack[TeamOptions]) -> LearnedTeam:
         """The policy as a team for :func:`pitchlore.play`, or as an opponent in environments.

@@ -34,6 +34,7 @@ from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.settings import (
+    BehaviourSettings,
     GramSettings,
     HabitSettings,
     KnowledgeSettings,
@@ -157,11 +158,14 @@ class Study(NamedTuple):
         yield "copy, noisy camera", self.recorded[-1], *self.copy(team, noisy=True)
         for count in sorted({self.recorded[0], self.recorded[-1]}):
             files = [path for _, path in self.recordings(team, False)[:count]]
-            usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
-            yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, usual)
-            done = usual.model_copy(update={
+            seen = Settings(knowledge=KnowledgeSettings(imitate=NAME))
+            yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, seen)
+            done = seen.model_copy(update={
                 "options": OptionSettings(recover=True), "grams": GramSettings(of="options")})
             yield "behaviours of options, Sarsa", count, *self._run(team, f"done-{count}", files, done)
+            # fixed on development before it was played: a role that nothing pays keeps what it usually does
+            kept = done.model_copy(update={"behaviours": BehaviourSettings(usual=True)})
+            yield "the same, usual ones kept", count, *self._run(team, f"kept-{count}", files, kept)
         most = self.recorded[-1]
         yield "copy, clues shuffled", most, *self._shuffled(team)
         if team in LOGS_OPTIONS:

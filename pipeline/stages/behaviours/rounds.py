@@ -19,7 +19,7 @@ from pitchlore.pipeline.stages.behaviours.select import select
 from pitchlore.pipeline.stages.behaviours.som import SelfOrganisingMap
 from pitchlore.pipeline.stages.sequences.league import LeagueSequences, TeamsOfSides
 from pitchlore.pipeline.stages.sides.teams import Team, as_of
-from pitchlore.schemas import Grams, Neurons, Patterns
+from pitchlore.schemas import ROLES, Grams, Neurons, Patterns
 
 #: Columns of schema Sequences that behaviours are learned from.
 _COLUMNS = ("match_id", "role", "code", "follows", "value", "change", "x", "y")
@@ -62,12 +62,14 @@ def learn(
     known, counted, neurons = [_owned(Patterns.empty(), 0)], [Grams.empty()], [Neurons.empty()]
     maps: dict[int, dict[Team, SelfOrganisingMap]] = {}
     reports: list[dict[str, Any]] = []
+    last = settings.rounds[-1] if settings.usual else None
     for round_ in settings.rounds:
         before = pl.concat(known)
         merged = spelt(merge(grams(chunk, round_.n, cover(chunk, before)) for chunk in chunks), round_.n)
         for who, team in enumerate(chunks.teams):
             own = merged.filter(pl.col("who") == who).drop("who")
-            selection = select(own, int(recognised[who]), settings, round_)
+            paying = before.filter(pl.col("who") == who)["role"].to_list() if round_ is last else ROLES
+            selection = select(own, int(recognised[who]), settings, round_, paying)
             known.append(_owned(as_of(selection.patterns, team), who))
             neurons.append(as_of(selection.neurons, team))
             lies = own.with_columns(pl.Series("neuron", selection.neuron, dtype=pl.Int16))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.neurons import neurons
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
 from pitchlore.pipeline.stages.behaviours.som import SelfOrganisingMap, best_matching_units, train_map
-from pitchlore.schemas import Neurons, Patterns
+from pitchlore.schemas import ROLES, Neurons, Patterns
 from pitchlore.schemas.behaviours import id_of
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
@@ -62,13 +63,15 @@ class RoundResult(NamedTuple):
 
 
 def select(
-    grams: pl.DataFrame, recognised: int, settings: BehaviourSettings, round_: RoundSettings
+    grams: pl.DataFrame, recognised: int, settings: BehaviourSettings, round_: RoundSettings,
+    paying: Collection[str] = ROLES,
 ) -> RoundResult:
     """Select the behaviours of one length.
 
     The grams of all roles train one map. A neuron is kept if its activations reach the round's share
     of the groups (or of all recognised situations, by the settings). The grams on kept neurons whose
-    value, or the lower end of its interval, is above the threshold become behaviours, role by role.
+    value, or the lower end of its interval, is above the threshold become behaviours, role by role. All on
+    kept neurons do in a role that is not in ``paying`` and has none above the threshold.
 
     Args:
         grams: a row a (role, codes), all of the round's n (``pipeline.stages.behaviours.grams.merge``).
@@ -76,6 +79,7 @@ def select(
             use up.
         settings: settings of all rounds.
         round_: settings of this round.
+        paying: roles that have behaviours of earlier rounds, or need none.
     """
     whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())
     threshold = round_.activation * whole
@@ -97,10 +101,10 @@ def select(
     mean, placed = pl.col("mean"), pl.when(pl.col("placed") > 0).then("placed")
     purposeful = pl.col("codes").list.eval(pl.element() != MOVES_RANDOMLY).list.any()
     on_kept = estimated.with_columns(pl.Series("neuron", neuron)).filter(pl.Series(kept[neuron]))
+    pays = pl.col(settings.select_by) > settings.value_over
     patterns = on_kept.filter(
-        pl.col(settings.select_by) > settings.value_over, pl.col("count") >= settings.support_at_least,
-        settings.keep_random | purposeful,
-    ).select(
+        pl.col("count") >= settings.support_at_least, settings.keep_random | purposeful,
+    ).filter(pays | ~(pays.any().over("role") | pl.col("role").is_in(paying))).select(
         id_of().alias("behaviour_id"),
         "role",
         "codes",

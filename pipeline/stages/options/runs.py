@@ -10,7 +10,7 @@ from pitchlore.schemas.options import OPTIONS
 #: Logarithm of how much more probable a logged option is than others.
 _KNOWN = 50.0
 #: What a team logged, if it is an option; else null.
-_LOGGED = pl.when(pl.col("logged").is_in(OPTIONS)).then("logged")
+LOGGED = pl.when(pl.col("logged").is_in(OPTIONS)).then("logged")
 
 
 def as_done(options: pl.DataFrame) -> pl.DataFrame:
@@ -29,7 +29,7 @@ def as_done(options: pl.DataFrame) -> pl.DataFrame:
     goes_on = pl.all_horizontal(
         pl.col(name) == pl.col(name).shift() for name in ("team", "robot", "option", "segment")
     ) & (pl.col("start_ns") == pl.col("end_ns").shift())
-    done = options.drop_nulls("role").with_columns(option=pl.coalesce(_LOGGED, "option"))
+    done = options.drop_nulls("role").with_columns(option=pl.coalesce(LOGGED, "option"))
     return done.with_columns(run=(~goes_on).fill_null(value=True).cum_sum()).group_by(
         "run", maintain_order=True,
     ).agg(
@@ -45,7 +45,7 @@ def as_logged(clues: pl.DataFrame, options: pl.DataFrame) -> pl.DataFrame:
         clues: rows of schema Clues of one match.
         options: rows of schema Options of the same match.
     """
-    known = options.select("team", "robot", "start_ns", over_ns="end_ns", code=_LOGGED).sort("start_ns")
+    known = options.select("team", "robot", "start_ns", over_ns="end_ns", code=LOGGED).sort("start_ns")
     found = clues.select("team", "robot", "start_ns").with_row_index("row").sort("start_ns").join_asof(
         known, on="start_ns", by=["team", "robot"], check_sortedness=False,
     ).filter(pl.col("start_ns") < pl.col("over_ns"), pl.col("code").is_not_null())

@@ -10,24 +10,26 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of
-from pitchlore.pipeline.engine.knowledge import known_shares, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.policies import known_play, trained_on
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.stages.options.runs import LOGGED
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played
 from pitchlore.pipeline.views.scout.words import NAMES, short
-from pitchlore.schemas import ROLES, SIDES, Matches, Occasions, Options, Policies, Trajectories
+from pitchlore.schemas import ROLES, SIDES, Matches, Options, Policies, Trajectories
 
 #: A recovered option counts as sure from this probability on: it is more probable than all others together.
 SURE = 0.5
 #: Options of each role in the table: those that take most of its time.
 _OPTIONS = 3
-#: Samples of robots: how long each stands for, and its option.
+#: Samples of robots: how long each stands for, its option, and whether the team logged that.
 _SAMPLES = pl.DataFrame(schema={
-    "role": pl.Enum(ROLES), "seconds": pl.Float64, "option": pl.Int16, "probability": pl.Float32})
+    "role": pl.Enum(ROLES), "seconds": pl.Float64, "option": pl.Int16, "probability": pl.Float32,
+    "logged": pl.Boolean})
 
 
 class Copied(NamedTuple):
@@ -97,8 +99,9 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
         copied: the team.
     """
     own, manifest = imitation_of(store, copied.team.name), copied.manifest
-    knowledge = _knowledge(own, manifest)
+    knowledge = trained_on(own, manifest)
     learned = _learned_from(own, knowledge)
+    samples = pl.concat([_SAMPLES, *(_samples(own, match, copied.team) for match in learned)])
     sides = [(match, side) for match in copied.originals for side in sides_played(copied.team, match)]
     originals, copies = _described(sides), _described(copied.copies)
     word = f"{PREFIX}{copied.team.name}"
@@ -108,7 +111,8 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
         "learned": len(learned),
         # versions from before habits were knowledge do not say it
         "windows": None if knowledge is None else knowledge.details.get("habits", {}).get("windows"),
-        "roles": _options(own, copied.team, manifest, learned), "shares": _known(own, knowledge),
+        "roles": _options(own, manifest, samples), "shares": known_play(own, manifest),
+        "logged": _logged(samples.drop_nulls("option")),
         "originals": len(copied.originals),
         "copies": len(copied.copies), "by_chance": _by_chance(copied.copies),
         "against": [_rivals(played) for played in (sides, copied.copies)],
@@ -119,19 +123,6 @@ def copy_facts(store: Store, copied: Copied) -> dict[str, Any]:
     }
 
 
-def _knowledge(own: Store, manifest: Manifest) -> Manifest | None:
-    """The knowledge that a policy was learned from; None if it is no longer there."""
-    number = manifest.details["knowledge_version"]
-    return own.manifest("knowledge", number) if number in own.versions("knowledge") else None
-
-
-def _known(own: Store, knowledge: Manifest | None) -> dict[str, float]:
-    """The shares of the team's decisions whose state is known."""
-    if knowledge is None:
-        return {}
-    return known_shares(of_imitated(knowledge, table_of(own, knowledge, Occasions)))
-
-
 def _learned_from(own: Store, knowledge: Manifest | None) -> list[Receipt]:
     """The matches whose options a version of the knowledge is of; those that are gone are left out."""
     inputs = knowledge.inputs if knowledge is not None else {}
@@ -139,15 +130,17 @@ def _learned_from(own: Store, knowledge: Manifest | None) -> list[Receipt]:
     return [receipt for receipt in own.receipts("matches") if receipt.name in names]
 
 
-def _options(
-    own: Store, team: TeamName, manifest: Manifest, learned: Sequence[Receipt]
-) -> list[dict[str, Any]]:  # fmt: skip
-    """For each role how much of its time has a recovered option, how sure that is, and what it does most."""
-    samples = pl.concat([_SAMPLES, *(_samples(own, match, team) for match in learned)])
+def _options(own: Store, manifest: Manifest, samples: pl.DataFrame) -> list[dict[str, Any]]:
+    """For each role how much of its time has an option, how sure that is, and what it does most."""
     offered = dict(table_of(own, manifest, Policies).group_by(pl.col("role").cast(pl.String)).agg(
         pl.col("behaviour_id").n_unique()).iter_rows())
     return [_role(role, rows, offered.get(role, 0)) for role in ROLES
             if not (rows := samples.filter(role=role)).is_empty()]
+
+
+def _logged(known: pl.DataFrame) -> float:
+    """The share of the time with an option that the team itself logged."""
+    return float((known["logged"] * known["seconds"]).sum()) / (known["seconds"].sum() or 1.0)
 
 
 def _samples(own: Store, match: Receipt, team: TeamName) -> pl.DataFrame:
@@ -161,13 +154,14 @@ def _samples(own: Store, match: Receipt, team: TeamName) -> pl.DataFrame:
     samples = table_of(own, trajectories, Trajectories).filter(mine, pl.col("segment").is_not_null()).select(
         pl.col("team").cast(pl.String), "robot", "role", "t_ns").drop_nulls("role").sort("t_ns")
     lasting = table_of(own, options, Options).filter(mine).select(
-        pl.col("team").cast(pl.String), "robot", "start_ns", "end_ns", "option", "probability",
+        pl.col("team").cast(pl.String), "robot", "start_ns", "end_ns", pl.coalesce(LOGGED, "option").alias("option"),
+        "probability", LOGGED.is_not_null().alias("logged"),
     ).sort("start_ns")
     within = pl.col("t_ns") < pl.col("end_ns")
     return samples.join_asof(
         lasting, left_on="t_ns", right_on="start_ns", by=["team", "robot"], check_sortedness=False,
     ).select("role", seconds=pl.lit(1 / hz), option=pl.when(within).then("option"),
-             probability=pl.when(within).then("probability")).cast(_SAMPLES.schema)
+             probability=pl.when(within).then("probability"), logged="logged").cast(_SAMPLES.schema)
 
 
 def _mine(match: Receipt, team: TeamName) -> pl.Expr:
