@@ -16,16 +16,18 @@ from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraise
 from pitchlore.pipeline.engine.habits import habitual
 from pitchlore.pipeline.engine.imitations import imitation_of
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.trees import logits, trees_of
-from pitchlore.pipeline.settings import AppraisalSettings, HabitSettings
+from pitchlore.pipeline.settings import AppraisalSettings, HabitSettings, OptionSettings
 from pitchlore.pipeline.stages.options.of_team import habits, team_habits
 from pitchlore.pipeline.stages.options.runs import as_done, as_logged
 from pitchlore.pipeline.stages.policies.appraise import fit_action_values
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
 from pitchlore.pipeline.views.scout.content.write import write_pages
 from pitchlore.schemas import (
@@ -162,6 +164,8 @@ def test_rebuilt_team(copied, call, tmp_path):
     for role, share in recovered.iter_rows():
         assert re.search(rf"<td>{role}</td><td[^>]*>[^<]*</td><td[^>]*>([^<]*)<", shown)[1] in (
             f"{share:.0%}".replace("%", "\xa0%"), f"{share:.1%}".replace("%", "\xa0%"))
+    assert "logged" not in shown
+    logs_its_options(copied, own, page)
     assert call("record", "--home", "imitated:blue", "--minutes", "0.5", "--data", copied)[0] == 0
     assert call("run", "--no-train", "--on", "threads:1", "--data", copied)[0] == 0
     again = write_pages(Store(copied))
@@ -171,6 +175,23 @@ def test_rebuilt_team(copied, call, tmp_path):
     assert re.findall(r"<tr><td>(its[^<]*)</td>", shown) == ["its own other matches", "its copy", "its adversaries"]
     leads_somewhere(again)
     begins_as_it(copied, known, call, tmp_path)
+
+
+def logs_its_options(data, own, page):
+    """The page says for how much of the time the team told its options: here in one of two matches, always 088."""
+    first, second = own.receipts("options")
+    table = table_of(own, first, Options).with_columns(logged=pl.lit(88, pl.Int16))
+    work = STAGES["options"].work(first.name, OptionSettings(recover=True), first.inputs)
+    own.commit(work, Made([(table, Options), (table_of(own, first, Clues), Clues)], details=first.details))
+    page.unlink()
+    write_pages(Store(data))
+    seconds = dict(League(own).ask("""
+        select match_id, count(*) from trajectories t join matches m using (match_id)
+        where segment is not null and role is not null and t.team = if(m.home = 'blue', 'home', 'away')
+            and exists(select 1 from options o where o.match_id = t.match_id and o.team = t.team
+            and o.robot = t.robot and o.start_ns <= t.t_ns and t.t_ns < o.end_ns) group by 1""").iter_rows())
+    share = seconds[first.name] / (seconds[first.name] + seconds[second.name])
+    assert f"It logged {100 * share:.0f}\xa0% of what its robots did" in page.read_text()
 
 
 def begins_as_it(data, known, call, tmp_path):

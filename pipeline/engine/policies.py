@@ -132,9 +132,8 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
         .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
         for table in inputs.tables("decisions", Decisions)])
-    appraisals, trees = Appraisals.empty(), HabitTrees.empty()
-    if settings.learner != "sarsa":
-        trees = next(inputs.batches("knowledge", HabitTrees))
+    appraisals, reads = Appraisals.empty(), settings.learner != "sarsa"
+    trees = next(inputs.batches("knowledge", HabitTrees)) if reads else HabitTrees.empty()
     if settings.learner == "sight":
         seen = actions(seen, TABLE_1, settings.appraisals)
     if settings.learner == "imitation":
