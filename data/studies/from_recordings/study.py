@@ -165,7 +165,7 @@ class Study(NamedTuple):
             yield "behaviours of options, Sarsa", count, *self._run(team, f"done-{count}", files, done)
             # fixed on development before it was played: a role that nothing pays keeps what it usually does
             kept = done.model_copy(update={"behaviours": BehaviourSettings(usual=True)})
-            yield "the same, usual ones kept", count, *self._run(team, f"kept-{count}", files, kept)
+            yield "behaviours of options, usual kept, Sarsa", count, *self._run(team, f"kept-{count}", files, kept)
         most = self.recorded[-1]
         yield "copy, clues shuffled", most, *self._shuffled(team)
         if team in LOGS_OPTIONS:
