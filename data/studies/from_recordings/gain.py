@@ -13,9 +13,9 @@ was played: a gain whose lower bound is above 0; at most a third of the matches,
 
 The control was added when these seasons were known, and written down before it was played: seasons of the
 first five seeds that start from *shuffled* habits. Those are learned as the copy's, from the same clues dealt
-out anew among the windows of a role, so the apprentice is offered the same actions, and knows how often a role
-takes each, but nothing of when. The aim: the area of those that start as the copy is greater, lower bound of
-the five differences above 0. If it is not, the gain was that of a list of actions.
+out anew among the windows of a role, so the apprentice is offered the same actions, and knows how often a
+role takes each, but nothing of when. The aim: the area of those that start as the copy is greater, lower
+bound of the five differences above 0. If it is not, the gain was that of a list of actions.
 
 ``gain.csv`` has a row for each season and counted game.
 """
@@ -87,7 +87,9 @@ def _shuffle(store: Store) -> None:
                                 details=held.details))
 
 
-def played(data: Path, settings: str, seeds: Sequence[int], controls: Sequence[int], games: int) -> pl.DataFrame:
+def played(
+    data: Path, settings: str, seeds: Sequence[int], controls: Sequence[int], games: int,
+) -> pl.DataFrame:  # fmt: skip
     """The counted games of all seasons: starts, seed, game, difference; missing seasons are played.
 
     Args:
@@ -131,7 +133,8 @@ def summary(games: pl.DataFrame) -> str:
 
 
 def main(study: Study, out: Path = FOLDER, settings: str = SETTINGS, seeds: Sequence[int] = SEEDS,
-         controls: Sequence[int] = CONTROLS, games: int = GAMES, teacher: str = TEACHER) -> pl.DataFrame:  # fmt: skip
+         controls: Sequence[int] = CONTROLS, games: int = GAMES,
+         teacher: str = TEACHER) -> pl.DataFrame:  # fmt: skip
     """Play what is missing, and write the table."""
     data = study.data / "gain"
     taught(study, data, teacher)

@@ -165,7 +165,8 @@ class Study(NamedTuple):
             yield "behaviours of options, Sarsa", count, *self._run(team, f"done-{count}", files, done)
             # fixed on development before it was played: a role that nothing pays keeps what it usually does
             kept = done.model_copy(update={"behaviours": BehaviourSettings(usual=True)})
-            yield "behaviours of options, usual kept, Sarsa", count, *self._run(team, f"kept-{count}", files, kept)
+            own = self._run(team, f"kept-{count}", files, kept)
+            yield "behaviours of options, usual kept, Sarsa", count, *own
         most = self.recorded[-1]
         yield "copy, clues shuffled", most, *self._shuffled(team)
         if team in LOGS_OPTIONS:
@@ -222,7 +223,7 @@ class Study(NamedTuple):
 
 
 def dealt_clues(store: Store) -> pl.DataFrame:
-    """The clues to a demonstrator's options in all its matches, dealt out anew among the windows of a role."""
+    """The clues to a demonstrator's options in all matches, dealt out anew among the windows of a role."""
     home = dict(League(store).ask("select match_id, home from matches").iter_rows())
     clues = pl.concat([table_of(store, receipt, Clues).filter(
         pl.col("team") == ("home" if home[receipt.name] == NAME else "away"))

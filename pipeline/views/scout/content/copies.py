@@ -140,7 +140,7 @@ def _options(own: Store, manifest: Manifest, samples: pl.DataFrame) -> list[dict
 
 def _logged(known: pl.DataFrame) -> float:
     """The share of the time with an option that the team itself logged."""
-    return float((known["logged"] * known["seconds"]).sum()) / (known["seconds"].sum() or 1.0)
+    return float(known.filter("logged")["seconds"].sum()) / (float(known["seconds"].sum()) or 1.0)
 
 
 def _samples(own: Store, match: Receipt, team: TeamName) -> pl.DataFrame:
@@ -154,8 +154,8 @@ def _samples(own: Store, match: Receipt, team: TeamName) -> pl.DataFrame:
     samples = table_of(own, trajectories, Trajectories).filter(mine, pl.col("segment").is_not_null()).select(
         pl.col("team").cast(pl.String), "robot", "role", "t_ns").drop_nulls("role").sort("t_ns")
     lasting = table_of(own, options, Options).filter(mine).select(
-        pl.col("team").cast(pl.String), "robot", "start_ns", "end_ns", pl.coalesce(LOGGED, "option").alias("option"),
-        "probability", LOGGED.is_not_null().alias("logged"),
+        pl.col("team").cast(pl.String), "robot", "start_ns", "end_ns",
+        pl.coalesce(LOGGED, "option").alias("option"), "probability", LOGGED.is_not_null().alias("logged"),
     ).sort("start_ns")
     within = pl.col("t_ns") < pl.col("end_ns")
     return samples.join_asof(
