@@ -2,6 +2,7 @@
 
 import codecs
 import gzip
+import json
 import multiprocessing
 import os
 import sys
@@ -14,7 +15,7 @@ import pytest
 import zstandard
 from football.skillcorner import FILES, MATCH, source_of
 from support import recordings
-from support.football import NEEDS_KLOPPY, RECORDINGS, shipped
+from support.football import KINDS, NEEDS_KLOPPY, RECORDINGS, shipped
 from support.mcap_logs import written
 from support.recordings import assert_sound
 
@@ -27,7 +28,7 @@ from pitchlore.pipeline.importers.football.dataset import match_of_dataset
 from pitchlore.pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
 from pitchlore.pipeline.importers.football.squad import UNNUMBERED, Stay, shirt_numbers
 from pitchlore.pipeline.importers.readers import open_source, read
-from pitchlore.pipeline.matches.frame import Heights
+from pitchlore.pipeline.matches.frame import Heights, MatchLog
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Matches
@@ -63,6 +64,114 @@ def test_provider(provider: str) -> None:
 
 
 @NEEDS_KLOPPY
+@pytest.mark.parametrize(("provider", "names", "teams", "score", "samples", "attacks"), KINDS)
+def test_kinds(provider: str, names: tuple[str, ...], teams: str, score: tuple[int, int] | None, samples: int, attacks: tuple[int, int]) -> None:
+    """Each kind of file has the provider's names, score and directions, and its bodies on the pitch; no score is unknown."""
+    match = read(source_of(provider, names))
+    row = matches.row(match).row(0, named=True)
+    assert (f"{row['home']} - {row['away']}", len(match.frames)) == (teams, samples)
+    assert (row["score_home"], row["score_away"]) == (score or (None, None))
+    told = [period.home_attacks * (not period.inferred) for period in match.info.periods]
+    assert told == [attacks[place % 2] for place, _ in enumerate(told)]
+    flaws = match.quality["flaw"].cast(pl.String).to_list()
+    assert flaws.count("direction inferred") + flaws.count("direction unknown") == told.count(0)  # no told one is contradicted
+    assert "off the pitch" not in flaws
+    assert again_as_json(match)
+
+
+def again_as_json(match: MatchLog) -> bool:
+    """True if all facts of a match are Python's own numbers and texts."""
+    return json.loads(json.dumps(match.info.model_dump(mode="json"))) == match.info.model_dump(mode="json")
+
+
+#: The same match in TRACAB's text and in its five kinds of metadata: the home team's first player stands at x = -30 m.
+TRACAB_RAW = "".join(f"{frame}:0,1,9,{1000 + frame},0,0.1;1,2,7,-3000,{frame},0.2;4,3,-1,0,0,0.0;:0,0,0,0.0,H,Alive;:\n" for frame in range(100, 110))
+
+
+def tracab_team(side: str, name: str, number: int, *, flat: bool) -> str:
+    kind, player = ("item", "PlayerID") if flat else ("Player", "PlayerId")
+    return (
+        f"<{side}Team><LongName>{name}</LongName><ShortName>{name}</ShortName><Team{player[-2:]}>{number}</Team{player[-2:]}><Players><{kind}>"
+        f"<{player}>{number}</{player}><FirstName>A</FirstName><LastName>B</LastName><JerseyNo>{number}</JerseyNo><StartFrameCount>100</StartFrameCount>"
+        f"<EndFrameCount>110</EndFrameCount></{kind}></Players></{side}Team>")
+
+
+def tracab_meta(kind: str, left: str = "true") -> str:
+    """Metadata of TRACAB."""
+    period = '<period iId="1" iStartFrame="100" iEndFrame="110"/><period iId="2" iStartFrame="0" iEndFrame="0"/>'
+    match = f'<match iId="1" dtDate="2023-12-15 20:32:20" iFrameRateFps="25" fPitchXSizeMeters="105.00" fPitchYSizeMeters="68.00">{period}</match>'
+    phases = [("FrameRate", "25"), ("PitchShortSide", "6800"), ("PitchLongSide", "10500"), ("GameID", "1")]
+    phases += [(f"Phase{phase}{end}Frame", {"1Start": "100", "1End": "110"}.get(f"{phase}{end}", "0")) for phase in range(1, 6) for end in ("Start", "End")]
+    if kind == "json":
+        team = {"LongName": "A", "ShortName": "A & B", "TeamID": 1, "Players": []}
+        player = {"FirstName": "A", "LastName": "B", "StartFrameCount": 100, "EndFrameCount": 110}
+        return json.dumps({name: int(value) for name, value in phases} | {
+            "Kickoff": "2023-12-15 20:32:20", "Phase1HomeGKLeft": left == "true",
+            "HomeTeam": team | {"TeamID": 7, "Players": [player | {"PlayerID": 7, "JerseyNo": 7}]}, "AwayTeam": team | {"ShortName": "C", "Players": [player | {"PlayerID": 9, "JerseyNo": 9}]}})
+    if kind == "flat":
+        facts = "".join(f"<{name}>{value}</{name}>" for name, value in [*phases, ("Phase1HomeGKLeft", left), ("Kickoff", "2023-12-15 20:32:20")])
+        return f"<root>{facts}{tracab_team('Home', 'A &amp;amp; B', 7, flat=True)}{tracab_team('Away', 'C', 9, flat=True)}</root>"
+    teams = tracab_team("Home", "A &amp; B", 7, flat=False) + tracab_team("Away", "C", 9, flat=False) if kind == "teams" else ""
+    return f"<TracabMetaData>{match}{teams}</TracabMetaData>"
+
+
+@NEEDS_KLOPPY
+@pytest.mark.parametrize(("kind", "left", "teams", "attacks", "contradicted"), [
+    ("json", "true", "A & B - C", 1, False), ("json", "false", "A & B - C", -1, True), ("flat", "true", "A & B - C", 1, False),
+    ("flat", "false", "A & B - C", -1, True), ("teams", "", "A & B - C", None, False), ("plain", "", "home - away", None, False),
+])
+def test_tracab(kind: str, left: str, teams: str, attacks: int | None, contradicted: bool) -> None:
+    """TRACAB's metadata in JSON and each XML give names as texts, and the end of home's goalkeeper; bodies that say otherwise are heard."""
+    match = read(open_files([("meta", tracab_meta(kind, left).encode()), ("raw.dat", TRACAB_RAW.encode())], "tracab"))
+    assert f"{match.info.home} - {match.info.away}" == teams
+    home = match.frames.robots[match.frames.robots["team"] == 0]
+    assert (home["id"][0], home["x"][0], len(match.frames)) == (7, -30.0, 10)
+    (period,) = match.info.periods
+    assert (period.home_attacks, period.inferred) == (attacks or 1, attacks is None)
+    notes = match.quality.filter(flaw="direction inferred")["note"]
+    assert any("the source tells that home attacks -x, and is believed, but the vote of the bodies is +" in note for note in notes) == contradicted
+    assert matches.row(match)["score_home"][0] is None
+
+
+@NEEDS_KLOPPY
+@pytest.mark.parametrize(("score", "known"), [
+    ("", None), ("<Score {0}><LocalTeamScore/><VisitingTeamScore/></Score>", None),
+    ("<Score {0}><LocalTeamScore>2</LocalTeamScore><VisitingTeamScore>1</VisitingTeamScore></Score>", (2, 1)),
+    ("<Score {0}><LocalTeamScore>0</LocalTeamScore><VisitingTeamScore>0</VisitingTeamScore></Score>", (0, 0)),
+])
+def test_score_of_epts(score: str, known: tuple[int, int] | None) -> None:
+    """A score that EPTS does not give is unknown, and 0 : 0 is one that it gives."""
+    meta, raw = (FILES / name for name in RECORDINGS["metrica-epts"])
+    text = meta.read_text()
+    begin, end = text.index("<Score"), text.index("</Score>") + len("</Score>")
+    text = text[:begin] + score.format('idLocalTeam="TEAM_A" idVisitingTeam="TEAM_B"') + text[end:]
+    match = read(open_files([("meta.xml", text.encode()), ("raw.txt", raw.read_bytes())], "metrica-epts"))
+    assert matches.row(match).select("score_home", "score_away").row(0) == (known or (None, None))
+
+
+@NEEDS_KLOPPY
+def test_axes_that_turn() -> None:
+    """A dataset with fixed directions tells them; one whose axes turn with the ball's owner is refused."""
+    dataset = dataset_of(source_of("pff", RECORDINGS["pff"]))
+    fixed = match_of_dataset(dataset.transform(to_orientation="STATIC_AWAY_HOME"))
+    assert {(period.home_attacks, period.inferred) for period in fixed.info.periods} == {(-1, False)}
+    with pytest.raises(BadRecording, match="axes that turn with who has the ball"):
+        match_of_dataset(dataset.transform(to_orientation="BALL_OWNING_TEAM"))
+
+
+@NEEDS_KLOPPY
+def test_more_goals_than_the_score(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Goals that were found beyond the provider's score are said."""
+    whole = source_of("skillcorner", MATCH)
+    dataset = dataset_of(whole)
+    said = " ".join(match_of_dataset(dataset, whole).quality["note"])
+    monkeypatch.setattr("pitchlore.pipeline.importers.football.dataset.score_told", lambda *_: (0, 0))
+    again = " ".join(match_of_dataset(dataset, whole).quality["note"])
+    assert "2 : 0 goals were found from the ball, but the provider's score is 0 : 0" in again
+    assert "but the provider's score" not in said
+
+
+@NEEDS_KLOPPY
 @pytest.mark.parametrize("system", ["skillcorner", "kloppy", "tracab", "metrica", "sportec", "secondspectrum"])
 def test_coordinates(system: str) -> None:
     """The places do not depend on the coordinate system that a dataset is in; the match's id is of its positions."""
@@ -83,8 +192,6 @@ def test_coordinates(system: str) -> None:
 @NEEDS_KLOPPY
 def test_places_are_those_of_the_file() -> None:
     """Places in the match are the numbers in the provider's file."""
-    import json
-
     match = shipped("skillcorner")
     lines = (FILES / RECORDINGS["skillcorner"][1]).read_text().splitlines()
     seen = [line for line in map(json.loads, lines) if line["player_data"]]

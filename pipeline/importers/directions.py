@@ -26,7 +26,7 @@ _LONGEST_NS = 500_000_000
 
 
 def infer_periods(
-    frames: Frames, boundaries: Sequence[int], first: Sign | None = None
+    frames: Frames, boundaries: Sequence[int], first: Sign | None = None, told: Sequence[Sign | None] = ()
 ) -> tuple[tuple[Period, ...], list[Flaw]]:
     """Periods with the direction in which home attacks, from where the robots stand.
 
@@ -39,10 +39,11 @@ def infer_periods(
         frames: the samples.
         boundaries: times of the half-time events, ns; those outside the match are ignored.
         first: direction of the first period, +1 or -1; None: it is inferred.
+        told: directions of the periods as the source tells them, which a clear vote may contradict.
 
     Returns:
-        The periods, consecutive and covering all samples, and a flaw for each inferred one. Where the vote
-        is weaker than ``WEAK`` the direction is +x.
+        The periods, consecutive and covering all samples, and a flaw for each inferred one, and for each told
+        one that is contradicted. Where the vote is weaker than ``WEAK`` the direction is +x.
     """
     if not len(frames):
         return (), []
@@ -63,20 +64,23 @@ def infer_periods(
         inside = (t_ns >= low) & (t_ns < high)
         # a period between two half-times may have no sample
         strength = float(np.average(vote[inside], weights=weight[inside])) if inside.any() else 0.0
-        known = first if index == 0 else None
+        known = first if index == 0 and first is not None else told[index] if index < len(told) else None
         guess: Sign = -1 if strength <= -WEAK else 1
         period = Period(start_ns=low, end_ns=high, home_attacks=known or guess, inferred=known is None)
         periods.append(period)
         if period.inferred:
             flaws.append(_flaw(period, strength, int(inside.sum())))
+        elif index < len(told) and strength * period.home_attacks <= -CLEAR:
+            note = (f"the source tells that home attacks {'+x' if period.home_attacks > 0 else '-x'}, and is "
+                    f"believed, but the vote of the bodies is {strength:+.2f}")
+            flaws.append(Flaw("direction inferred", note, max(int(inside.sum()), 1), low, high))
     return tuple(periods), flaws
 
 
 def unsure(periods: Sequence[Period], flaws: Sequence[Flaw]) -> list[tuple[int, int]]:
-    """Stretches [start, end) of the periods whose direction is not known, ns; one flaw an inferred period."""
-    inferred = (period for period in periods if period.inferred)
-    return [(period.start_ns, period.end_ns) for period, flaw in zip(inferred, flaws, strict=True)
-            if flaw.flaw == "direction unknown"]
+    """Stretches [start, end) of the periods whose direction is not known, ns, by the flaws of the periods."""
+    unknown = {flaw.start_ns for flaw in flaws if flaw.flaw == "direction unknown"}
+    return [(period.start_ns, period.end_ns) for period in periods if period.start_ns in unknown]
 
 
 def _flaw(period: Period, vote: float, samples: int) -> Flaw:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from hashlib import sha256
+from html import unescape
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,11 +14,13 @@ from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.football.providers import KLOPPY
 from pitchlore.pipeline.importers.football.squad import Stay, shirt_numbers
+from pitchlore.pipeline.importers.football.told import TURNING, attacks_told, orientation_of, score_told
 from pitchlore.pipeline.importers.rows import Event, referee
 from pitchlore.pipeline.importers.source import SourceFile, slug
 from pitchlore.pipeline.importers.tracking.mapping import Axes, PitchMap, TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.match import match_of as match_of_table
 from pitchlore.pipeline.matches.frame import NO_HEIGHTS, Heights, MatchLog
+from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import F64, I64
 from pitchlore.schemas import SIDES
 
@@ -80,6 +83,9 @@ def match_of_dataset(dataset: TrackingDataset, source: SourceFile | None = None)
     if not dataset.records or len(dataset.metadata.teams) != 2:
         raise BadRecording("is not a match of two teams with samples", where=name,
                            next_step="Give a dataset of kloppy's with positions of both teams")
+    if orientation_of(dataset) in TURNING:
+        raise BadRecording("has axes that turn with who has the ball", where=name, next_step=(
+            'Transform it before, as with dataset.transform(to_orientation="HOME_AWAY")'))
     samples = _samples(dataset)
     length, width = _size(dataset)
     table, about = _table(dataset, samples, length, width)
@@ -94,22 +100,28 @@ def match_of_dataset(dataset: TrackingDataset, source: SourceFile | None = None)
         teams=TeamNames(home=SIDES[0], away=SIDES[1], ball=_BALL),
         states={state: _STATES[state] for state in table["game_state"].unique()},
     )
-    match = match_of_table(table, source, mapping)
-    names = [team.name or side for team, side in zip(dataset.metadata.teams, SIDES, strict=True)]
-    settings = {**match.info.settings, "provider": _word(dataset.metadata.provider), **about}
+    told = attacks_told(dataset, source)
+    match = match_of_table(table, source, mapping, attacks=[
+        told.get(period) for period in np.unique(samples.period).tolist()])
+    names = [_text(team.name) or side for team, side in zip(dataset.metadata.teams, SIDES, strict=True)]
+    settings = {**match.info.settings, "provider": _text(dataset.metadata.provider), **about}
     settings.pop("map", None)  # it is ours, and says nothing that the pitch does not
+    score = score_told(dataset, source)
+    quality = quality_table(match.info.match_id, _too_many(match, score))
     info = match.info.model_copy(update={
         "format": KLOPPY, "home": names[0], "away": names[1], "settings": settings,
         "started_at": dataset.metadata.date,
     })
     return replace(
         match, info=type(info).model_validate(info.model_dump()), heights=_heights(samples),
-        referee=pl.concat([match.referee, _end(dataset, match)]).sort("t_ns", maintain_order=True),
+        quality=pl.concat([match.quality, quality]),
+        referee=pl.concat([match.referee, _end(score, match)]).sort("t_ns", maintain_order=True),
     )
 
 
-def _word(provider: Any) -> str | None:
-    return None if provider is None else str(provider)
+def _text(value: Any) -> str | None:
+    """Text of a provider as one of Python's own: XML's has another type, and letters of HTML in some."""
+    return None if value is None else unescape(str(value))
 
 
 def _samples(dataset: TrackingDataset) -> _Samples:
@@ -204,7 +216,7 @@ def _table(
         ours = np.flatnonzero(side == code).tolist()
         number[ours] = shirt_numbers([Stay(_shirt(players[i]), int(first[i]), int(last[i])) for i in ours])
         named = [i for i in ours if _shirt(players[i]) == number[i]]
-        squads[word] = {str(number[i]): players[i].full_name for i in named}
+        squads[word] = {str(number[i]): _text(players[i].full_name) for i in named}
         substitutes += [
             (int(first[i]), word, int(number[i])) for i in named if players[i].starting is False
         ]
@@ -260,10 +272,18 @@ def _heights(samples: _Samples) -> Heights:
     return Heights(samples.t_ns[known], samples.ball[2][known].astype(np.float32))
 
 
-def _end(dataset: TrackingDataset, match: MatchLog) -> pl.DataFrame:
+def _too_many(match: MatchLog, score: tuple[int, int] | None) -> list[Flaw]:
+    """Flaw of more goals of a team than the provider's final score has; none without a score."""
+    found = [match.referee.filter(event="goal", team=side).height for side in SIDES]
+    if score is None or all(goals <= final for goals, final in zip(found, score, strict=True)):
+        return []
+    note = (f"{found[0]} : {found[1]} goals were found from the ball, but the provider's score is "
+            f"{score[0]} : {score[1]}: some are none")
+    return [Flaw("goals inferred", note, sum(found))]
+
+
+def _end(score: tuple[int, int] | None, match: MatchLog) -> pl.DataFrame:
     """The end of the match with the provider's final score; no row without one."""
-    score, end = dataset.metadata.score, int(match.frames.t_ns.max())
-    if score is None or not (str(score.home).isdigit() and str(score.away).isdigit()):
-        return referee(match.info.match_id, [])
-    final = Event(end, "end", None, int(score.home), int(score.away), "the provider's score")
-    return referee(match.info.match_id, [final])
+    final = [] if score is None else [
+        Event(int(match.frames.t_ns.max()), "end", None, *score, "the provider's score")]
+    return referee(match.info.match_id, final)

@@ -33,6 +33,8 @@ class Provider:
         function: its function.
         files: names of the function's arguments, in the order in which the files are given.
         many: name of an argument that takes all further files, else None.
+        more: name of an argument that takes one further file, if it is given, else None.
+        options: further arguments.
         markup: by the name of each argument that kloppy may read as XML, the function that makes its bytes
             safe, or refuses them.
     """
@@ -42,12 +44,14 @@ class Provider:
     function: str
     files: tuple[str, ...]
     many: str | None = None
+    more: str | None = None
+    options: Mapping[str, str] = field(default_factory=dict)
     markup: Mapping[str, Callable[[bytes, str], bytes]] = field(default_factory=dict)
 
     def usage(self) -> str:
         """Files to give, as in a usage line."""
         words = [name.upper() for name in self.files] + ([f"{self.many.upper()}…"] if self.many else [])
-        return " ".join(words)
+        return " ".join([*words, f"[{self.more.upper()}]"] if self.more else words)
 
 
 #: All providers, by the word that names them. HawkEye is not here: kloppy's loader takes its files by their
@@ -56,7 +60,7 @@ PROVIDERS: dict[str, Provider] = {
     "skillcorner": Provider("SkillCorner", "kloppy.skillcorner", "load", ("meta_data", "raw_data")),
     "secondspectrum": Provider(
         "Second Spectrum", "kloppy.secondspectrum", "load", ("meta_data", "raw_data"),
-        markup={"meta_data": safe_xml_or_json}),
+        more="additional_meta_data", markup={"meta_data": safe_xml_or_json}),
     "tracab": Provider("TRACAB", "kloppy.tracab", "load", ("meta_data", "raw_data"),
                        markup={"meta_data": safe_xml_or_json}),
     "metrica-csv": Provider(
@@ -71,7 +75,9 @@ PROVIDERS: dict[str, Provider] = {
         markup={"ma1_data": safe_xml_or_json}),
     "signality": Provider(
         "Signality", "kloppy.signality", "load", ("meta_data", "venue_information"), "raw_data_feeds"),
-    "pff": Provider("PFF", "kloppy.pff", "load_tracking", ("meta_data", "roster_meta_data", "raw_data")),
+    # kloppy turns extra time about the origin, which is the pitch's centre in PFF's own system alone
+    "pff": Provider("PFF", "kloppy.pff", "load_tracking", ("meta_data", "roster_meta_data", "raw_data"),
+                    options={"coordinates": "pff"}),
 }
 
 
@@ -110,13 +116,14 @@ def open_files(
     """
     provider, names = PROVIDERS[word], [printable(name, NAME_CHARACTERS) for name, _ in parts]
     least = len(provider.files) + (provider.many is not None)
-    if len(parts) < least or (len(parts) > least and provider.many is None):
+    if len(parts) < least or (len(parts) > least + (provider.more is not None) and provider.many is None):
         raise BadRecording(
             f"{len(parts)} files are not a recording of {provider.title}", where=", ".join(names),
             next_step=f"Give its files in this order: {provider.usage()}",
         )
     contents, digest = [], sha256(word.encode())
-    arguments = (*provider.files, *[provider.many or ""] * (len(parts) - len(provider.files)))
+    further = provider.many or provider.more or ""
+    arguments = (*provider.files, *[further] * (len(parts) - len(provider.files)))
     for name, argument, (_, data) in zip(names, arguments, parts, strict=True):
         content, damage = inflate(data[:], name, limits.megabytes)
         if damage is not None:
@@ -154,10 +161,12 @@ def dataset_of(source: SourceFile) -> TrackingDataset:
     files: dict[str, Any] = dict(zip(provider.files, source.parts[:count], strict=True))
     if provider.many is not None:
         files[provider.many] = list(source.parts[count:])
+    elif provider.more is not None and len(source.parts) > count:
+        files[provider.more] = source.parts[count]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a frame's direction, or of a default that it takes
-            dataset: TrackingDataset = load(**files)
+            dataset: TrackingDataset = load(**files, **provider.options)
     except Exception as error:  # whatever its parsers raise
         raise BadRecording(
             f"is not read by kloppy as {provider.title} ({in_one_line(error)})", where=source.name,

@@ -13,7 +13,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.importers.directions import infer_periods, unsure, votes_of
+from pitchlore.pipeline.importers.directions import Sign, infer_periods, unsure, votes_of
 from pitchlore.pipeline.importers.forms.absent import nothing_seen
 from pitchlore.pipeline.importers.forms.angles import RADIANS, angle_unit
 from pitchlore.pipeline.importers.forms.origin import Lengths, lengths_of
@@ -52,7 +52,7 @@ _NOT_RECORDED = "(not recorded)"
 
 def match_of(
     raw: pl.DataFrame, source: SourceFile, mapping: TrackingMap, cut: str | None = None,
-    flaws: Sequence[Flaw] = (),
+    flaws: Sequence[Flaw] = (), attacks: Sequence[Sign | None] = (),
 ) -> MatchLog:
     """Match of a tracking table.
 
@@ -70,6 +70,7 @@ def match_of(
         mapping: how to read another form.
         cut: why rows are missing at its end, else None.
         flaws: flaws found in the file.
+        attacks: directions in which home attacks in the periods, as the source tells them.
 
     Raises:
         BadRecording: if it is no such table; the message says what it lacks.
@@ -111,10 +112,10 @@ def match_of(
     if numbers:
         guessed["players"] = numbers
     said = words_of(course, names, mapping)
-    attacks = mapping.teams.home_attacks
+    first = mapping.teams.home_attacks
     periods, inferred = infer_periods(
         frames, [*half_times(course, said), *breaks.tolist()],
-        None if attacks is None else (1 if attacks == "right" else -1),
+        None if first is None else (1 if first == "right" else -1), attacks,
     )
     reported = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
     events, unknown = referee_events(
