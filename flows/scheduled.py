@@ -12,9 +12,11 @@ from pitchlore.flows.flow import our_flow
 from pitchlore.flows.work import run
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.child import belong
+from pitchlore.pipeline.engine.history import log
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
+from pitchlore.pipeline.store import Store
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
 # `serve` is killed, there is none any more, and it would ask for minutes
@@ -44,17 +46,33 @@ def scheduled_run(
         scout: whether the scout's pages follow.
 
     Returns:
-        Completed; or Failed with the name Quarantined, if something went into quarantine (`pitchlore run`
-        then exits with 1). Everything else is made in either case.
+        Completed; or Failed with the name Quarantined, if something went into quarantine that was not there,
+        or failed otherwise than in the run before: so what is bad is an alert once, not every night.
+        (`pitchlore run` exits with 1 each time.) Everything else is made in either case.
     """
     if limits.isolate is None:
         limits = limits.isolated()
+    store = Store(data)
+    store.catch_up()
+    quarantined, failed = set(store.quarantined()), _last_failures(store)
     report = run(data, None, settings, train, limits, on, history, scout)
+    now = store.quarantined()
+    known = {record.reason for record in now if record in quarantined}
+    new = {what for what, why in report.failures.items() if why not in known and failed.get(what) != why}
+    new |= {record.name for record in now if record not in quarantined}
     line = said_of(report)
+    if report.failures and not new:
+        line += " (as before)"
     _say("run", line)
-    if report.failures:
+    if new:
         return Failed(name=QUARANTINED, message=line)
     return Completed(message=line, data=report.model_dump())
+
+
+def _last_failures(store: Store) -> dict[str, str]:
+    """The failures of the last run in the log, as far as it has them; what failed there, and why."""
+    runs = [entry for entry in log(store).entries if entry.what == "run"]
+    return dict(runs[-1].failures) if runs else {}
 
 
 @our_flow(name="train")

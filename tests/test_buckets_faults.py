@@ -76,7 +76,7 @@ def test_outage(server, machine, recordings, local, requests, fault, monkeypatch
 
 
 def test_nobody_answers(machine, monkeypatch, call):
-    """A bucket that nobody serves is one line within seconds; so is an unknown one, and one without a name."""
+    """A bucket that nobody serves is one line within seconds; so is an unknown one, and one whose plain http is forbidden."""
     monkeypatch.setattr(buckets, "AGAIN_S", 0.2)
     machine("s3://league/somewhere")
     said = call("kb", "list", "--data", "s3://no-such-bucket/x")
@@ -88,6 +88,8 @@ def test_nobody_answers(machine, monkeypatch, call):
     assert code == 1
     assert err.startswith("pitchlore: s3://league/nowhere: the bucket cannot be used (it does not answer).")
     assert err.count("\n") == 1
+    monkeypatch.setenv("AWS_ALLOW_HTTP", "false")
+    assert "its address is plain http, which AWS_ALLOW_HTTP forbids" in call("run", "--data", "s3://league/other")[2]
 
 
 @pytest.mark.parametrize("url", ["s3://key:secret@league/x", "s3://league/x?secret=1", "s3:///", "https://league/x",

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,7 +30,7 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.base.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
 from pitchlore.pipeline.engine.evaluations import evaluate
 from pitchlore.pipeline.engine.placement import cluster
-from pitchlore.pipeline.engine.placement.identity import identity
+from pitchlore.pipeline.engine.placement.identity import first_difference, identity
 from pitchlore.pipeline.engine.placement.places import executors_at, place_of
 from pitchlore.pipeline.engine.record import record_match
 from pitchlore.pipeline.engine.recordings import Recording
@@ -328,6 +329,21 @@ def test_ending_worker(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "GONE_S", 0.1)
     with pytest.raises(ClusterFailed, match=r"worker tcp://w1 of tcp://s:8786: cannot work \(CommClosedError"):
         cluster._check(answering(fit, CommClosedError("closed")), tmp_path, "tcp://s:8786")
+
+
+def test_a_checkout_that_is_not_installed(monkeypatch):
+    """Code without the metadata of an installation has the same identity; a package that is not there is named."""
+    installed, requires = identity(), metadata.requires("pitchlore")
+
+    def absent(name: str) -> None:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "requires", absent)
+    assert identity.__wrapped__() == installed
+    monkeypatch.setattr(metadata, "requires", lambda _: [*requires, "no-such-package>=1"])
+    assert identity.__wrapped__() == installed
+    monkeypatch.setattr(metadata, "version", absent)
+    assert first_difference(identity.__wrapped__(), installed)[1] == "none"
 
 
 def test_late_worker():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
@@ -9,18 +10,22 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 import pytest
 import yaml
 from conftest import ROOT, clip
 from support.processes import eventually
+from support.sessions import QUIET, migrated
 from support.terminal import terminal
 
-from pitchlore.flows.server import Keeper
+from pitchlore.flows.server import Keeper, Process
 from pitchlore.pipeline.engine.history import log
 from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
@@ -30,7 +35,8 @@ from pitchlore.pipeline.store import Store
 def test_run_states(tmp_path, capsys):
     """A run says in one line and in its state what it did.
 
-    Completed with what was made, then with nothing new; Failed, named Quarantined, if something was refused.
+    Completed with what was made, then with nothing new; Failed, named Quarantined, if something is refused for the
+    first time. What was refused before is no new alert, unless its content or its reason is another.
     """
     from pitchlore.flows.scheduled import scheduled_run
 
@@ -38,17 +44,23 @@ def test_run_states(tmp_path, capsys):
     clip(0.0, 40.0).write_csv(tmp_path / "inbox" / "derby.csv")
     states = [scheduled_run(tmp_path, return_state=True) for _ in range(2)]
     (tmp_path / "inbox" / "notes.txt").write_text("dear diary")
+    states += [scheduled_run(tmp_path, return_state=True) for _ in range(2)]
+    (tmp_path / "inbox" / "notes.txt").write_text("dear diary, again")
     states.append(scheduled_run(tmp_path, return_state=True))
+    (tmp_path / "inbox" / "link.csv").symlink_to("/nowhere")
+    states += [scheduled_run(tmp_path, return_state=True) for _ in range(2)]
+    completed, quarantined = ("COMPLETED", "Completed"), ("FAILED", "Quarantined")
     assert [(state.type.value, state.name) for state in states] == [
-        ("COMPLETED", "Completed"), ("COMPLETED", "Completed"), ("FAILED", "Quarantined")]
+        completed, completed, quarantined, completed, quarantined, quarantined, completed]
     assert re.fullmatch(r"\d+ made, 0 kept, policy version 1 is new", states[0].message)
     assert states[1].message == "nothing new"
     assert re.fullmatch(rf"0 made, \d+ kept, 1 not made: matches {tmp_path}/inbox/notes.txt", states[2].message)
+    assert states[3].message == f"{states[2].message} (as before)"
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(": ")[2] for line in lines] == [state.message for state in states]
     assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d run [a-z-]+: ", line) for line in lines)
     assert states[0].result()["policy"] == 1
-    assert [record.noun for record in Store(tmp_path).quarantined()] == ["matches"]
+    assert [record.noun for record in Store(tmp_path).quarantined()] == ["matches"] * 2
 
 
 @pytest.mark.slow
@@ -96,6 +108,33 @@ def test_training_states(tmp_path, copied, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(": ")[2] for line in lines] == [state.message for state in states]
     assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d train [a-z-]+: ", line) for line in lines)
+
+
+@pytest.mark.parametrize(("cron", "days", "hours"), [
+    ("0 6 * * *", (2027, 3, 27), ["05:00", "04:00"]), ("0 6 * * *", (2027, 10, 30), ["04:00", "05:00"]),
+    ("30 2 * * *", (2027, 3, 27), ["01:30", "00:30"]), ("30 2 * * *", (2027, 10, 30), ["00:30", "00:30"])])
+def test_time_zone(tmp_path, monkeypatch, call, cron, days, hours):
+    """The schedule that serve hands to Prefect follows its time zone through both changes of the clock.
+
+    A time that the clock leaves out comes an hour early, one that it shows twice comes once. Hours are UTC.
+    """
+    from prefect.server.schemas.schedules import CronSchedule
+
+    from pitchlore.flows import scheduled, serving
+
+    given: dict[str, Any] = {}
+    monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
+    monkeypatch.setattr(serving, "serving", lambda *_: nullcontext())
+    monkeypatch.setattr(scheduled.scheduled_run, "serve", lambda **named: given.update(named))
+    code, out, _ = call("serve", "--cron", cron, "--timezone", "Europe/Berlin", "--data", tmp_path)
+    assert (code, f"at '{cron}', time zone Europe/Berlin;" in out) == (0, True)
+    schedule = CronSchedule(cron=given["schedule"].cron, timezone=given["schedule"].timezone)
+    dates = asyncio.run(schedule.get_dates(2, start=datetime(*days, tzinfo=UTC)))
+    assert [f"{date.astimezone(UTC):%H:%M}" for date in dates] == hours
+    assert call("serve", "--cron", cron, "--data", tmp_path)[0] == 0
+    assert given["schedule"].timezone == "UTC"
+    code, _, err = call("serve", "--timezone", "Berlin", "--data", tmp_path)
+    assert (code, err) == (1, "pitchlore: --timezone: 'Berlin' is no time zone. Name one of the IANA database, as Europe/Berlin.\n")
 
 
 def deployments() -> dict[str, dict[str, Any]]:
@@ -153,15 +192,22 @@ class Operated:
         for deployment in said["deployments"]:
             deployment["parameters"]["data"] = str(self.data)
         self._file.write_text(yaml.safe_dump(said))
-        environment = {**os.environ, "PREFECT_API_URL": str(client.base_url).rstrip("/"), "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
-                       "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO"}
-        self.process = subprocess.Popen(
+        automation = (ROOT / "prefect-automations.yaml").read_text()
+        (folder / "prefect-automations.yaml").write_text(automation.replace("within: 600", "within: 35"))
+        self.process = self._started()
+
+    def _started(self) -> subprocess.Popen[str]:
+        environment = {**os.environ, "PREFECT_API_URL": str(self._client.base_url).rstrip("/"), "PREFECT_WORKER_QUERY_SECONDS": "1", "COLUMNS": "250",
+                       "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO", "PREFECT_FLOWS_HEARTBEAT_FREQUENCY": "30"}
+        return subprocess.Popen(
             [sys.executable, "-c", PREFECT], env=environment, cwd=ROOT, text=True, start_new_session=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
     def begin(self, command: str) -> None:
         """Begin a command of Prefect's."""
         words = ["--no-prompt", *command.split()[1:], *(["--prefect-file", str(self._file)] if " deploy " in command else [])]
+        if "--from-file" in words:
+            words[-1] = str(self._file.with_name(words[-1]))
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps(words) + "\n")
         self.process.stdin.flush()
@@ -172,6 +218,13 @@ class Operated:
         assert self.process.stdout is not None
         said = list(iter(self.process.stdout.readline, "ended with 0\n"))
         assert not [line for line in said if line.startswith("ended with")], said
+
+    def kill(self) -> None:
+        """Kill the command that was begun last, with all that it started, and be ready for another."""
+        for process in (*psutil.Process(self.process.pid).children(recursive=True), self.process):
+            process.kill()
+        self.process.communicate()
+        self.process = self._started()
 
     def stop(self) -> str:
         """End the command that was begun last; what it said."""
@@ -215,15 +268,14 @@ class Operated:
             assert len(runs) <= 1
             return runs[0] if runs and runs[0]["end_time"] else None
 
-        return eventually(look, 300.0, every=0.2)
+        return eventually(look, 120.0, every=0.2)
 
 
-@pytest.fixture
-def operated(tmp_path, monkeypatch, prefect_server):
-    """The server, and a recording of five seconds; of the deployments nothing is left."""
-    monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    with httpx.Client(base_url=prefect_server, timeout=180) as client:
-        here = Operated(tmp_path, client)
+@contextmanager
+def operating(folder: Path, api: str) -> Iterator[Operated]:
+    """A server, and a recording of five seconds; of the deployments nothing is left."""
+    with httpx.Client(base_url=api, timeout=180) as client:
+        here = Operated(folder, client)
         (here.data / "inbox").mkdir(parents=True)
         clip(0.0, 5.0).write_csv(here.data / "inbox" / "derby.csv")
         try:
@@ -233,6 +285,14 @@ def operated(tmp_path, monkeypatch, prefect_server):
                 here.stop()
         for left in here.ask("POST", "/deployments/filter", {}):
             here.ask("DELETE", f"/deployments/{left['id']}")
+
+
+@pytest.fixture
+def operated(tmp_path, monkeypatch, prefect_server):
+    """The session's server, operated."""
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    with operating(tmp_path, prefect_server) as here:
+        yield here
 
 
 @pytest.mark.slow
@@ -264,3 +324,32 @@ def test_missed_and_fired(operated):
     assert [(entry.what, entry.knowledge, entry.policy) for entry in entries] == [("run", 1, None), ("train", None, 1)], said
     assert all(entry.made for entry in entries)
     assert [entry.failed for entry in entries] == [0, 0]
+
+
+@pytest.mark.slow
+def test_worker_killed(tmp_path, monkeypatch):
+    """A worker and its run are killed: the run becomes Crashed, its queue goes on, and the next night's run is done."""
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    server = Process({**os.environ, **QUIET, "PREFECT_HOME": str(migrated(tmp_path / "home")), "PREFECT_UI_ENABLED": "false",
+                      "PREFECT_SERVER_SERVICES_TRIGGERS_ENABLED": "true"})
+    try:
+        server.wait()
+        with operating(tmp_path, server.record.api) as here:
+            *setting_up, work = commands()
+            for command in setting_up:
+                here.call(command)
+            nightly = "run/nightly"
+            begun = here.ask("GET", f"/deployments/name/{nightly}")["id"]
+            lost = here.ask("POST", f"/deployments/{begun}/create_flow_run", {})["id"]
+            with Store(here.data).removing():  # the run waits for it
+                here.begin(work)
+                eventually(lambda: here.ask("GET", f"/flow_runs/{lost}")["state_name"] == "Running", seconds=180, every=0.2)
+                here.kill()
+            here.begin(work)
+            due = here.fire(nightly)
+            assert here.ended(nightly, due)["state_name"] == "Completed"
+            ended = here.ask("GET", f"/flow_runs/{lost}")
+            assert (ended["state_type"], ended["state"]["message"].partition(".")[0]) == (
+                "CRASHED", "Nothing was heard of this run for ten minutes")
+    finally:
+        server.stop()

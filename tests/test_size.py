@@ -16,11 +16,13 @@ tables leave unsaid lies beside the core (pipeline/importers/forms).
 A recording may have several matches, and a match a shoot-out: 38.
 
 A role that nothing pays may keep what it usually does: 11 more, in the selection and its setting.
+
+A worker that runs from a checkout which is not installed took 11.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_306, 1_500
+MOST, MOST_OF_OPTIONS = 22_317, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

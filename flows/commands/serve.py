@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from difflib import get_close_matches
 from pathlib import Path
+from zoneinfo import available_timezones
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, On
 from pitchlore.flows.commands.printing import console
@@ -18,7 +20,8 @@ _FIELDS = 5
 
 
 def serve(
-    *, cron: str = "0 6 * * 1", settings: Path | None = None, on: On = None, common: Common = DEFAULTS
+    *, cron: str = "0 6 * * 1", timezone: str = "UTC", settings: Path | None = None, on: On = None,
+    common: Common = DEFAULTS,
 ) -> None:
     """Call ``run`` on a schedule, until Ctrl-C.
 
@@ -26,13 +29,19 @@ def serve(
 
     Args:
         cron: Schedule: minute, hour, day of month, month, day of week.
+        timezone: Time zone of the schedule by its IANA name, as Europe/Berlin.
         settings: TOML file with the settings that differ from the defaults.
         on: Where the runs' work is done.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
     place_of(on or chosen.placement.on)  # so that a word that names none is refused at once
+    if timezone not in available_timezones():
+        near = "".join(f", as {name}" for name in get_close_matches(timezone, available_timezones(), 1))
+        raise BadSettings(f"{timezone!r} is no time zone", where="--timezone",
+                          next_step=f"Name one of the IANA database{near or ', as Europe/Berlin'}")
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
+    from prefect.schedules import Cron  # noqa: PLC0415 (as above)
     from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
 
     from pitchlore.flows.scheduled import scheduled_run  # noqa: PLC0415
@@ -54,11 +63,11 @@ def serve(
             url = server.api
         stack.enter_context(serving(url))
         console().print(
-            f"serving {store.where} at {cron!r}; to run at once: PREFECT_API_URL={url}"
+            f"serving {store.where} at {cron!r}, time zone {timezone}; to run at once: PREFECT_API_URL={url}"
             f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
         scheduled_run.serve(
             # one at a time: after a sleep of the machine a hundred may be late
-            name=NAME, cron=cron, limit=1, print_starting_message=False,
+            name=NAME, schedule=Cron(cron, timezone=timezone), limit=1, print_starting_message=False,
             entrypoint_type=EntrypointType.MODULE_PATH,
             parameters={
                 "data": store.where if store.mirror else str(store.root.resolve()),

@@ -37,6 +37,10 @@ _UNFIT = re.compile(r"[@?#\s\\]|//|(?:^|/)\.\.?(?:/|$)")
 REQUEST_S, AGAIN_S = 30.0, 20.0
 #: Requests at once.
 _AT_ONCE = 16
+#: Variables that name a provider's address, and that say whether it may be one without encryption.
+_ENDPOINTS = (
+    "AWS_ENDPOINT_URL", "AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT", "AZURE_STORAGE_ENDPOINT", "AZURE_ENDPOINT")
+_ALLOW = ("AWS_ALLOW_HTTP", "ALLOW_HTTP")
 _STATUS = re.compile(r"status code: (\d{3})")
 #: What the library says of an object whose key is no path to it, as `a//b` or `a/../b`.
 _NO_PATH = re.compile(r"invalid path.*?\"([^\"]*)\"", re.DOTALL)
@@ -260,7 +264,12 @@ def _opened(url: str) -> ObjectStore:
                           next_step="Install the extra pitchlore[bucket]") from None
     if url.startswith("memory:"):
         return from_url("memory:///")
-    plain = "true" in (os.environ.get("AWS_ALLOW_HTTP", "").lower(), os.environ.get("ALLOW_HTTP", "").lower())
+    said = [os.environ[name].lower() for name in _ALLOW if os.environ.get(name)]
+    named = any(os.environ.get(name, "").startswith("http://") for name in _ENDPOINTS)
+    plain = "true" in said or (named and not said)  # as the tools of these providers take it
+    if named and not plain:
+        raise BadSettings("its address is plain http, which AWS_ALLOW_HTTP forbids", where=url,
+                          next_step="Set AWS_ALLOW_HTTP=true, or name an address with https")
     reason = ""
     try:
         return from_url(

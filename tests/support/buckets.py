@@ -59,7 +59,7 @@ class Served:
     @property
     def environment(self) -> dict[str, str]:
         """Options that say how to reach it."""
-        return {**CREDENTIALS, "AWS_REGION": "us-east-1", "AWS_ALLOW_HTTP": "true",
+        return {**CREDENTIALS, "AWS_REGION": "us-east-1",
                 "AWS_ENDPOINT_URL": f"http://127.0.0.1:{self._proxy.server_port}"}
 
     def new(self) -> str:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import re
 import sys
+import tomllib
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from importlib import metadata
+from pathlib import Path
 
-from pitchlore.pipeline.base.software import source_hash
+from pitchlore.pipeline.base.software import __version__, source_hash
 
 #: Packages of this software.
 _OURS = ("flows", "pipeline", "schemas")
@@ -19,12 +23,21 @@ _CODE = (".py", ".msg", ".csv", ".json", ".toml")
 def identity() -> dict[str, str]:
     """Versions of this code, of Python and of the packages that Pitchlore needs, by name."""
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    found = {"pitchlore": f"{metadata.version('pitchlore')}+{source_hash(_OURS, _CODE)}", "Python": python}
-    for requirement in metadata.requires("pitchlore") or ():
+    found = {"pitchlore": f"{__version__}+{source_hash(_OURS, _CODE)}", "Python": python}
+    for requirement in _requirements():
         name = re.split(r"[^\w.-]", requirement, maxsplit=1)[0]
         if "extra ==" not in requirement:
-            found[name] = metadata.version(name)
+            with suppress(metadata.PackageNotFoundError):
+                found[name] = metadata.version(name)
     return found
+
+
+def _requirements() -> Sequence[str]:
+    """The packages that this code needs, as its installation says, else its checkout."""
+    with suppress(metadata.PackageNotFoundError):
+        return metadata.requires("pitchlore") or ()
+    text = (Path(__file__).resolve().parents[3] / "pyproject.toml").read_text(encoding="utf-8")
+    return tuple(tomllib.loads(text)["project"]["dependencies"])
 
 
 def first_difference(theirs: dict[str, str], ours: dict[str, str]) -> tuple[str, str, str] | None:
