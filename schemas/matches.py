@@ -15,7 +15,7 @@ FLAWS = (
     "direction inferred", "direction unknown", "skipped", "slow sampling",
     "off the pitch", "scorer unknown", "goals inferred", "goals unknown", "unit of angle", "text encoding", "unmatched map",
     "half a pitch", "poor recognition", "assumed", "home inferred", "several matches", "colours switched",
-    "score corrected",
+    "score corrected", "implausible",
 )
 
 
@@ -94,7 +94,7 @@ class Quality(Table):
     """One flaw of a recording: flagged, never silently repaired."""
 
     NAME: ClassVar[str] = "quality"
-    VERSION: ClassVar[int] = 5
+    VERSION: ClassVar[int] = 6
     SINCE: ClassVar[int] = 1
 
     match_id = match_id()

@@ -1,18 +1,23 @@
 """Scenes of the league's rules and of recorders that nobody stopped: which match a log is, and whose goals are whose."""
 
+import struct
 from pathlib import Path
 
+import polars as pl
 import pytest
-from support.ssl_games import STEP, command, frames, ns, ordered
-from support.ssl_messages import REFEREE, Message, Team, log, referee
+from support.ssl_games import EPOCH, GEOMETRY, STEP, command, frames, ns, ordered
+from support.ssl_messages import REFEREE, VISION_2014, Message, Seen, Team, log, referee, vision
 
 from pitchlore.pipeline.engine.imports import import_all
+from pitchlore.pipeline.engine.models import matches_to_fit
 from pitchlore.pipeline.engine.recordings import Recording
+from pitchlore.pipeline.engine.stage import Output, Scope
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.matches.table import row
-from pitchlore.pipeline.settings import ImportSettings
+from pitchlore.pipeline.settings import ImportSettings, ModelSettings, SideSettings
+from pitchlore.pipeline.stages.sides import sides
 from pitchlore.pipeline.store import Store
 
 STAGES = ["pre", "1st", "ht", "pre2", "2nd", "otbreak", "otpre", "ot1", "otht", "otpre2", "ot2", "sobreak", "so", "post"]
@@ -196,3 +201,39 @@ def test_import(isolate: bool, tmp_path: Path) -> None:
     ours = tmp_path / "first.mcap"
     ours.write_bytes(store.read(held, "log"))
     assert import_all(Store(tmp_path / "other"), [Recording(file=ours)], limits).made == [first]
+
+
+def still(count: int, seconds: float, ball: bool = True) -> list[Message]:
+    """Frames a time apart, with or without a ball that is a number."""
+    return [Message(ns(i * seconds), VISION_2014, vision(
+        i, EPOCH + i * seconds, balls=[Seen(0.1 * i if ball else float("nan"), 0.0)], yellow=[Seen(-2.0, 0.0, 1, 0.1)],
+        blue=[Seen(2.0, 0.0, 2, 3.0)], geometry=GEOMETRY if not i else None)) for i in range(count)]
+
+
+@pytest.mark.parametrize(("messages", "flaw", "why"), [
+    (still(3600, 1.0), "implausible", "a sample each 1 s"),
+    (still(60, 5.0), "implausible", "a sample each 5 s"),
+    ([*still(50, STEP), *[m._replace(received=m.received + 10**18, content=m.content.replace(
+        struct.pack("<d", EPOCH + i * STEP), struct.pack("<d", EPOCH + i * STEP + 1e9)))
+        for i, m in enumerate(still(50, STEP))]], "implausible", "it lasts 1e+09 s"),
+    (still(50, 0.0), "implausible", "all samples are of one moment"),
+    (still(1, 1.0), "implausible", "all samples are of one moment"),
+    (still(640, STEP, ball=False), "ball lost", "no ball was seen at all"),
+    (still(640, STEP), "", ""),
+])
+def test_no_course_of_play(messages: list[Message], flaw: str, why: str, tmp_path: Path) -> None:
+    """A recording that shows no play is flagged, counts for no team, and no model is fitted to it; others are and do."""
+    file = tmp_path / "odd.log"
+    file.write_bytes(log(messages))
+    store = Store(tmp_path / "data")
+    report = import_all(store, [Recording(file=file)])
+    (name,) = report.made
+    held = store.readable("matches", name)
+    assert held is not None
+    assert bool(flaw) == bool({"implausible", "ball lost"} & held.details["flaws"].keys())
+    assert flaw == "" or any(why in note for note in report.notes)
+    counts = sides(pl.DataFrame({"match_id": [name], "home": ["a"], "away": ["b"], "kind": ["ssl"], "score_home": [1],
+                                 "score_away": [0]}), SideSettings(), held.details["flaws"])["counts_as"].to_list()
+    assert counts == ([None, None] if flaw else ["a", "b"])
+    fitted = matches_to_fit(store, Output("all"), Scope(matches=(name,)), ModelSettings())
+    assert fitted == (() if flaw else (name,))

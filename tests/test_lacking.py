@@ -27,8 +27,7 @@ def test_nothing_to_learn(call, data):  # type: ignore[no-untyped-def]
     clip(0.0, 4.0).select(POSITIONS).filter(pl.col("team") != "ball").write_csv(data / "inbox" / "noball.csv")
     code, out, _ = call("run", "--data", data)
     assert code == 0
-    assert ("No knowledge and no policy were made: no goal of a team is known in 1 match, so that nothing tells which "
-            "behaviours pay.") in out
+    assert "No knowledge and no policy were made: no match shows a course of play with a ball." in out
     assert "the ball was never seen, so that none is found" in out
     assert "add columns score_home and score_away" in out
     assert "No match yet" not in out

@@ -8,6 +8,7 @@ import polars as pl
 
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.stage import Scope
+from pitchlore.pipeline.stages.sides import UNUSABLE
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.schemas import SIDES, Goals, Quality
@@ -18,7 +19,7 @@ UNSCORED = ("goals unknown", "scorer unknown")
 REMARKABLE = (
     *UNSCORED, "assumed", "home inferred", "goals inferred", "unit of angle", "text encoding",
     "unmatched map", "slow sampling", "off the pitch", "ball lost", "poor recognition", "several matches",
-    "colours switched", "score corrected",
+    "colours switched", "score corrected", "implausible",
 )
 #: Remarks of an import that are reported.
 _REMARKS = 12
@@ -64,6 +65,11 @@ def lacking(store: Store, scope: Scope) -> list[str]:
         return []
     count = {receipt.name for receipt in store.receipts("sides") if any(receipt.details["counts_as"])}
     matches = [receipt for receipt in store.receipts("matches") if receipt.name in {*scope.matches} & count]
+    useless = [receipt for receipt in store.receipts("matches")
+               if receipt.name in scope.matches and UNUSABLE & receipt.details.get("flaws", {}).keys()]
+    if not matches and useless:
+        return ["No knowledge and no policy were made: no match shows a course of play with a ball.",
+                *remarks(store, useless, (*UNSCORED, *UNUSABLE), most=_NAMED)]
     if not matches:
         return [_nobody_counts(store, scope)]
     goals = {receipt.name: receipt for receipt in store.receipts("goals")}

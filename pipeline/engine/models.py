@@ -9,11 +9,14 @@ from pitchlore.pipeline.engine.inputs import Held
 from pitchlore.pipeline.engine.outputs import need
 from pitchlore.pipeline.engine.stage import Output, Scope
 from pitchlore.pipeline.settings import ModelSettings
+from pitchlore.pipeline.stages.sides.derive import UNUSABLE
 from pitchlore.pipeline.store import Store
 
 
 def matches_to_fit(store: Store, output: Output, scope: Scope, settings: ModelSettings) -> tuple[str, ...]:
     """The matches that the models of a group are fitted to, sorted; each league has models of its own.
+
+    Matches that are no course of play (``stages.sides.UNUSABLE``) are left out.
 
     The matches of a league stand until there are twice as many, so that all fits together cost a few times
     as much as the last one, however many matches come one by one. ``matches_at_most`` matches stand as long
@@ -24,7 +27,9 @@ def matches_to_fit(store: Store, output: Output, scope: Scope, settings: ModelSe
     """
     leagues: dict[str, list[str]] = {}
     for match in scope.matches:
-        leagues.setdefault(league_kind(need(store, "matches", match)), []).append(match)
+        held = need(store, "matches", match)
+        if UNUSABLE.isdisjoint(held.details.get("flaws", ())):
+            leagues.setdefault(league_kind(held), []).append(match)
     try:
         standing = store.receipt("models", output.name)
     except CorruptFile:

@@ -124,7 +124,7 @@ def _options(inputs: Inputs, settings: OptionSettings) -> Made:
 def _sides(inputs: Inputs, settings: SideSettings) -> Made:
     from pitchlore.pipeline.stages.sides import sides  # noqa: PLC0415 (see above)
 
-    table = sides(inputs.table("matches", Matches), settings)
+    table = sides(inputs.table("matches", Matches), settings, inputs.details("matches").get("flaws", ()))
     return Made([(table, Sides)], details={
         "kind": table["kind"][0], "counts_as": table["counts_as"].to_list()})
 
@@ -262,7 +262,7 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
 STAGES = Chain(
     Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=4),
-    Stage("sides", Per.MATCH, ("matches",), (Sides,), 1, _sides),
+    Stage("sides", Per.MATCH, ("matches",), (Sides,), 2, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("options", Per.MATCH, ("matches", "trajectories"), (Options, Clues), 1, _options),

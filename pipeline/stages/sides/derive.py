@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadSettings
@@ -12,8 +14,17 @@ from pitchlore.schemas import SIDES, Sides
 _ALL_OTHERS = "*"
 
 
-def sides(match: pl.DataFrame, settings: SideSettings) -> pl.DataFrame:
+#: Flaws of a whole match that is no course of play: nothing is learned from it.
+UNUSABLE = frozenset({"implausible", "ball lost"})
+
+
+def sides(match: pl.DataFrame, settings: SideSettings, flaws: Iterable[str] = ()) -> pl.DataFrame:
     """The sides of a match: two rows of schema Sides from its row of schema Matches.
+
+    Args:
+        match: its row.
+        settings: sides that count.
+        flaws: kinds of the flaws that were found as it was read; of those of ``UNUSABLE`` no side counts.
 
     Raises:
         BadSettings: if a pool has the name of a team that is not in it.
@@ -23,7 +34,7 @@ def sides(match: pl.DataFrame, settings: SideSettings) -> pl.DataFrame:
     for side, other in zip(SIDES, SIDES[::-1], strict=True):
         of = _pool(played[side], settings)
         wanted = settings.teams is None or played[side] in settings.teams or of in settings.teams
-        right = settings.kind is None or played["kind"] == settings.kind
+        right = (settings.kind is None or played["kind"] == settings.kind) and UNUSABLE.isdisjoint(flaws)
         rows.append({
             "match_id": played["match_id"], "side": side, "team": played[side], "kind": played["kind"],
             "counts_as": of if wanted and right and side in settings.watch else None,

@@ -24,6 +24,10 @@ WORDS = {
     "poor recognition": ("few situations recognised", ""),
     "home inferred": ("nothing tells which team is home", ""),
     "assumed": ("assumed of the table", ""),
+    "several matches": ("one of several matches of a recording", ""),
+    "colours switched": ("teams changed colours", "times"),
+    "score corrected": ("score corrected by people", "times"),
+    "implausible": ("no course of play: nothing is learned from it", ""),
     "half a pitch": ("only half of the pitch is seen", "samples"),
 }
 
