@@ -14,7 +14,7 @@ Tables as people have them took 29 more: periods, parts of a pitch, a score that
 tables leave unsaid lies beside the core (pipeline/importers/forms).
 
 A recording may have several matches, and a match a shoot-out: 38. Of one that shows no course of play nothing is
-learned: 36.
+learned: 37.
 
 A role that nothing pays may keep what it usually does: 11 more, in the selection and its setting.
 
@@ -23,7 +23,7 @@ A worker that runs from a checkout which is not installed took 11.
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_353, 1_500
+MOST, MOST_OF_OPTIONS = 22_354, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {
