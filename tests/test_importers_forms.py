@@ -12,10 +12,10 @@ from support.tracking import flaws, parquet, read, robots
 
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
 from pitchlore.pipeline.importers import readers
+from pitchlore.pipeline.importers.forms.words import WORDS, WORDS_OF, meant
 from pitchlore.pipeline.importers.tracking import csv_file
 from pitchlore.pipeline.importers.tracking.mapping import load_map
 from pitchlore.pipeline.importers.tracking.texts import fields_of_line
-from pitchlore.pipeline.importers.tracking.words import WORDS, WORDS_OF, meant
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import ImportSettings
 
@@ -195,6 +195,7 @@ def test_too_wide() -> None:
     ("heading", ["Orientação"], "Orientação"),
     ("x", ["Posição X", "Posição Y"], "Posição X"),
     ("x", ["y"], None),
+    ("player", ["player_vx", "player_x"], None),
     ("heading", ["headng"], "headng"),
 ])
 def test_meant(column: str, found: list[str], said: str | None) -> None:
@@ -214,7 +215,7 @@ def test_no_word_twice() -> None:
     (HEADLESS, NUMBERED.replace("heading = 7", "heading = 9"), "has no column number 9; it has number 1, number 2"),
     ("t,x1,y1,x2,y2\n0,0,0,1,1\n1,0,0,1,1\n", "",
      r"bodies of no team: x1, y1, x2, y2\. Say whose they are in a map: \[bodies\]"),
-    (WIDE.replace("frame,t,", "frame,tempo,"), "", r"has no column t \(did you mean tempo\?\)"),
+    (WIDE.replace("frame,t,", "frame,quux,"), "", r"has no time, only frame\. .*\[time\] hz = 10"),
     ("frame,time,quux,player,x,y\n0,0,a,1,0,0\n", '[columns]\nt = "time"\n',
      r"has no column team; it has frame, time, quux"),
     (LONG.replace("heading", "option").replace("1.5", "7"), "",

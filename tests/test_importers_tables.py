@@ -1,13 +1,16 @@
 """Tables as people have them: nothing is silently wrong, whatever they leave unsaid."""
 
+import io
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 from support.recordings import read
 
-from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.errors import BadRecording, BadSettings
+from pitchlore.pipeline.importers.forms.presets import presets, titles
 from pitchlore.pipeline.importers.tracking.mapping import load_map
 from pitchlore.pipeline.matches.frame import MatchLog
 
@@ -182,3 +185,135 @@ def test_home_that_nothing_tells() -> None:
     assert log.referee["score_home"].to_list().count(None) == len(log.referee)
     assert 'say in a map [teams] home = "blue" or "yellow"' in log.quality.filter(flaw="home inferred")["note"][0]
     assert goals(match(table, "teams = {home = 'yellow'}")) == [(t, {"blue": "yellow", "yellow": "blue"}[team]) for t, team in BOTH]
+
+
+# --- times --------------------------------------------------------------------------------------------
+
+def clock(form: str) -> pl.Expr:
+    """Times of a table as text of a form."""
+    ns = (pl.col("t") * 1e9).round().cast(pl.Int64)
+    seconds = (pl.col("t") % 60).round(1)
+    return {
+        "duration": ns.cast(pl.Duration("ns")), "datetime": ns.cast(pl.Datetime("ns", "UTC")),
+        "us": (ns // 1000).cast(pl.Datetime("us")), "time": ns.cast(pl.Time),
+        "pandas": pl.format("0 days 00:0{}:{}", pl.col("t") // 60, seconds), "clock": pl.format("0{}:{}", pl.col("t").cast(int) // 60, seconds),
+        "iso": pl.format("2026-05-01T15:0{}:{}Z", pl.col("t").cast(int) // 60, seconds.cast(pl.String).str.zfill(4)),
+        "zone": pl.format("2026-05-01 15:0{}:{}+02:00", pl.col("t").cast(int) // 60, seconds.cast(pl.String).str.zfill(4)),
+        "period": pl.format("PT{}M{}S", pl.col("t").cast(int) // 60, seconds),
+        "game": pl.format("45:00+{}:{}", pl.col("t").cast(int) // 60, seconds),
+    }[form]
+
+
+@pytest.mark.parametrize("form", ["duration", "datetime", "us", "time", "pandas", "clock", "iso", "zone", "period", "game"])
+def test_times_that_are_no_numbers(form: str) -> None:
+    """Dates, durations and clocks are times, in Parquet and as text."""
+    table = half().with_columns(t=clock(form))
+    if form in ("duration", "datetime", "us", "time"):
+        out = io.BytesIO()
+        table.write_parquet(out)
+        log = read(out.getvalue(), "game.parquet")
+    else:
+        log = match(table.with_columns(pl.col("t").str.replace("00:00.0:", "00:00:", literal=True).str.replace("00:01.0:", "00:01:", literal=True)))
+    assert (log.frames.t_ns == match(half()).frames.t_ns).all()
+    assert goals(log) == BLUE
+
+
+def test_times_that_count_samples() -> None:
+    """Frames are the time where a map tells their rate; velocities a sample become those a second; clocks too coarse are refused."""
+    table = half().drop("t").with_columns(vx=pl.lit(0.05), vy=pl.lit(-0.01), heading=pl.col("x") * 0 + 0.25)
+    with pytest.raises(BadRecording, match=r"has no time, only frame\. Say in a map .* \[time\] hz = 10"):
+        match(table)
+    log = match(table, "time = {hz = 10}\nunits = {speed = 'sample', angle = 'turn'}")
+    assert (log.frames.t_ns == match(half()).frames.t_ns).all()
+    assert (np.unique(log.frames.robots["vx"]).tolist(), float(log.frames.robots["theta"][0])) == ([0.5], pytest.approx(np.pi / 2))
+    coarse = half().with_columns(t=pl.format("00:{}", pl.col("t").cast(pl.Int64)))
+    with pytest.raises(BadRecording, match=r"a clock that shows 120 times for 1200 frames\. .*\[time\] hz = 10"):
+        match(coarse)
+
+
+# --- words and the ball -------------------------------------------------------------------------------
+
+def renamed(**words: str) -> pl.DataFrame:
+    return half().rename(words)
+
+
+@pytest.mark.parametrize(("table", "says"), [
+    (half().rename(str.upper), "FRAME for frame, T for t"),
+    (renamed(t="Time [s]", team="Team Name", player="Robot ID", x="pos_x", y="pos_y"), "Time [s] for t, Team Name for team"),
+    (renamed(t="tempo", team="time", player="jogador"), "tempo for t, time for team, jogador for player"),
+    (renamed(t="Tiempo", team="equipo", player="jugador"), "Tiempo for t, equipo for team, jugador for player"),
+    (renamed(t="jikan", team="chiimu", player="senshu"), "jikan for t, chiimu for team, senshu for player"),
+    (renamed(t="t_ms", x="x (cm)", y="y (cm)").with_columns(pl.col("t_ms") * 1000, pl.col("x (cm)", "y (cm)") * 100), 'length in "cm"'),
+    (half().with_columns(team=pl.col("team").replace({"ball": "Bola"})), "the team Bola was taken for the ball"),
+    (half().with_columns(team=pl.col("team").replace({"ball": None})), "rows without a team, one a sample, were taken for the ball"),
+    (half().with_columns(team=pl.col("team").replace({"ball": ""})), "rows without a team, one a sample, were taken for the ball"),
+    (half().with_columns(player=pl.col("player").cast(pl.String).fill_null("Ball"), team=pl.col("team").replace({"ball": "none"})),
+     "the player Ball was taken for the ball"),
+])
+def test_other_words(table: pl.DataFrame, says: str) -> None:
+    """Columns and the ball are known by other words, without case, and what was taken for what is said."""
+    log = match(table)
+    assert says in said(log)
+    assert (log.frames.t_ns == match(half()).frames.t_ns).all()
+    assert goals(log) == BLUE
+
+
+@pytest.mark.parametrize("names", [("ball_x", "ball_y"), ("BallX", "BallY"), ("bola_x", "bola_y"), ("bx", "by")])
+def test_ball_in_each_row(names: tuple[str, str]) -> None:
+    """The ball is read from columns of each row: by their names, or by a map."""
+    ball = half().filter(pl.col("team") == "ball").select("frame", pl.col("x").alias(names[0]), pl.col("y").alias(names[1]))
+    table = half().filter(pl.col("team") != "ball").join(ball, "frame", maintain_order="left")
+    log = match(table, f"[bodies]\nball = {{x = '{names[0]}', y = '{names[1]}'}}" if names[0] == "bx" else "")
+    assert (log.frames.ball["x"] == match(half()).frames.ball["x"]).all()
+    assert goals(log) == BLUE
+    assert f"the ball is read from the columns {names[0]}, {names[1]} of each row" in said(log)
+
+
+# --- forms that are known, and maps that are offered --------------------------------------------------
+
+def librcsc() -> pl.DataFrame:
+    """Three cycles as rcg2csv writes them: y down, degrees, metres a cycle."""
+    bodies = {"b": (1.0, -2.0), "l1": (-50.0, 3.0), "l2": (-10.0, 0.0), "r1": (50.0, 0.0), "r2": (10.0, 5.0)}
+    places = {f"{body}_{axis}": value for body, place in bodies.items() for axis, value in zip("xy", place, strict=True)}
+    turns = {f"{body}_{part}": value for body in list(bodies)[1:] for part, value in (("body", 90.0), ("vx", 0.1), ("vy", 0.0))}
+    return pl.DataFrame({"#": [1, 2, 3], "cycle": [1, 1, 2], "stopped": [0, 1, 0], "playmode": ["kick_off_l", "play_on", "play_on"],
+                         "l_name": "Helios", "l_score": [0, 0, 1], "r_name": "Cyrus", "r_score": 0, **places, **turns})
+
+
+def test_form_by_name(call, tmp_path: Path) -> None:
+    """`--as` gives the map of a form; a refusal names the form that fits, and `--list` all; a map may begin from one."""
+    log = match(librcsc(), 'form = "librcsc"\nteams = {names = {r = "Cyrus2D"}}')
+    assert (log.info.home, log.info.away, log.info.pitch.kind) == ("Helios", "Cyrus2D", "2d")
+    assert log.frames.t_ns.tolist() == [0, 100_000_000, 200_000_000]
+    robot = log.frames.robots[0]
+    assert [float(robot[name]) for name in ("x", "y", "vx", "theta")] == pytest.approx([-50, -3, 1, -np.pi / 2])
+    file = tmp_path / "tracking.csv"
+    file.write_text(librcsc().write_csv())
+    where = "--data", tmp_path / "data"
+    assert "It looks like the form librcsc: --as librcsc" in " ".join(call("import", file, *where)[1:])
+    assert "Helios - Cyrus" in call("import", file, "--as", "librcsc", *where)[1]
+    listed = call("import", "--list")[1]
+    assert all(f"--as {name}" in listed for name in titles())
+    assert "there is no form 'x'. Say one of librcsc" in " ".join(call("import", file, "--as", "x", *where)[1:])
+
+
+@pytest.mark.parametrize("name", sorted(presets()))
+def test_each_form_is_a_map(name: str) -> None:
+    """Each form is a map that fits."""
+    assert load_map(f'form = "{name}"').settings()
+    with pytest.raises(BadSettings, match="form: there is none called 'x', only librcsc"):
+        load_map('form = "x"')
+
+
+def test_offered_map(call, tmp_path: Path) -> None:
+    """A refusal ends with the path of a map that has what was recognised, is a map, and works once it is mended."""
+    file, data = tmp_path / "derby.csv", tmp_path / "data"
+    file.write_text(half().rename({"t": "tempo", "x": "abscissa", "player": "Robô"}).write_csv())
+    code, *out = call("import", file, "--data", data)
+    assert code
+    (offered,) = (data / "maps").glob("*.toml")
+    assert f"--map {offered}." in "".join(out).replace("\n", "")
+    text = offered.read_text(encoding="utf-8")
+    assert load_map(text).columns.t == "tempo"
+    offered.write_text(text.replace('# x = "?"', 'x = "abscissa"'), encoding="utf-8")
+    assert call("import", file, "--map", offered, "--data", data)[0] == 0

@@ -18,7 +18,8 @@ from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.recordings import Recording, with_map
 from pitchlore.pipeline.engine.run import import_recordings
 from pitchlore.pipeline.importers.football.providers import PROVIDERS, provider_of
-from pitchlore.pipeline.importers.readers import FORMATS
+from pitchlore.pipeline.importers.forms.presets import text_of, titles
+from pitchlore.pipeline.importers.readers import FORMATS, READERS
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.buckets import check_local
@@ -32,6 +33,10 @@ def import_files(
         "kloppy:PROVIDER: the files are one recording of football, in the provider's order: "
         + "; ".join(f"{word} {provider.usage()}" for word, provider in PROVIDERS.items()) + "."
     ))] = None,
+    form: Annotated[str | None, Parameter(name="--as", help=(
+        f"Form of a table that is known already: {'; '.join(map(', '.join, titles().items()))}."
+    ))] = None,
+    listed: Annotated[Flag, Parameter(name="--list")] = False,
     settings: Path | None = None,
     isolate: Flag = False,
     on: On = None,
@@ -46,18 +51,28 @@ def import_files(
             or map.toml beside the recording, else the map that the match was imported with). An empty file
             takes the map away.
         origin: Provider of the files.
+        form: Form of a table.
+        listed: Print the formats, the forms of --as and the providers of --from, and import nothing.
         settings: TOML file with settings; its table [imports] has the limits on a recording.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         on: Where recordings are read.
         json: Print the report as JSON.
         common: Options of every command.
     """
+    if listed:
+        _print_all(json=json)
+        return
     if not files:
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
     for path in (*files, *([mapping] if mapping else ())):
         check_local(path)
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
+    if form is not None:
+        if mapping is not None:
+            raise BadSettings("--as and --map are two maps", next_step=f'Write form = "{form}" into the map')
+        text_of(form)  # so that a name that there is not is refused at once
+        recordings = [Recording(file=file, form=form) for file in files]
     if origin is not None:
         if mapping is not None:
             raise BadSettings("--map is for tracking tables, and files of --from describe themselves",
@@ -71,6 +86,18 @@ def import_files(
     else:
         _print_matches(store, report)
     sys.exit(1 if report.failed else 0)
+
+
+def _print_all(*, json: bool) -> None:
+    """Print all that can be imported."""
+    rows = [{"give": "FILE", "reads": f"{reader.title}: {reader.about}"} for reader in READERS]
+    rows += [{"give": f"FILE --as {word}", "reads": title} for word, title in titles().items()]
+    rows += [{"give": f"{provider.usage()} --from kloppy:{word}", "reads": provider.title}
+             for word, provider in PROVIDERS.items()]
+    if json:
+        print_json(rows)
+    else:
+        print_frame(pl.DataFrame(rows))
 
 
 def bring_in(

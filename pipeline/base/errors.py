@@ -23,6 +23,8 @@ class PitchloreError(Exception):
 
     #: Whether the same call may succeed when it is simply tried again.
     transient = False
+    #: Text of a map that mends what is wrong, if one was made.
+    offer = ""
     #: Whether all other work would fail by it, too, so that none is begun any more.
     for_all = False
 
@@ -33,7 +35,7 @@ class PitchloreError(Exception):
         super().__init__(what, where, next_step)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return partial(type(self), where=self.where, next_step=self.next_step), (self.what,)
+        return partial(type(self), where=self.where, next_step=self.next_step), (self.what,), vars(self)
 
     def __str__(self) -> str:
         line = f"{self.where}: {self.what}" if self.where else self.what

@@ -73,7 +73,9 @@ def read_isolated(
     if kind == b"e":
         said = json.loads(data)
         found = getattr(errors, said["error"], PitchloreError)
-        raise found(said["what"], where=said["where"], next_step=said["next_step"])
+        refused = found(said["what"], where=said["where"], next_step=said["next_step"])
+        refused.offer = said["offer"]
+        raise refused
     return log.read(data, where=source.name), data
 
 
@@ -101,6 +103,7 @@ def _answer(
             f"cannot be read ({in_one_line(error)})", where=Path(paths[0]).name, next_step="Record it again")
         answer = b"e", json.dumps({
             "error": type(ours).__name__, "what": ours.what, "where": ours.where, "next_step": ours.next_step,
+            "offer": ours.offer,
         }).encode()
     else:
         answer = b"m", data

@@ -17,6 +17,7 @@ from pitchlore.pipeline.engine.isolated import read_isolated
 from pitchlore.pipeline.engine.recognised import warm, with_recognition
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
+from pitchlore.pipeline.importers.forms.presets import text_of
 from pitchlore.pipeline.importers.packing import Octets
 from pitchlore.pipeline.importers.readers import is_ours, judged, open_parts, read
 from pitchlore.pipeline.importers.source import SourceFile, part_sha256, slug
@@ -93,7 +94,7 @@ def read_recording(
     """
     files = Files(Path())
     checks = [files.unchanged(file) for file in recording.files()]
-    mapping = _mapping(files, recording.mapping) or TrackingMap()
+    mapping = _mapping(files, recording) or TrackingMap()
     with _opened(files, recording, limits) as parts:
         source = open_parts(parts, recording.provider, limits)
         match, _ = read_match(source, mapping, recording.files())
@@ -130,7 +131,7 @@ def _import(
     check: Callable[[], None],
 ) -> Imported:
     """Import an open recording; ``check`` raises StillWritten if it has changed."""
-    given = _mapping(store, recording.mapping)
+    given = _mapping(store, recording)
     name = slug(recording.file.name)  # until its content is known
     source: SourceFile | None = None
 
@@ -163,6 +164,7 @@ def _import(
     except Exception as error:
         if not getattr(error, "transient", False):
             check()
+            store.offer(name, error)
             store.quarantine("matches", name, error)
         raise
     return first
@@ -221,8 +223,11 @@ def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, obj
     return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
-def _mapping(store: Files, path: Path | None) -> TrackingMap | None:
-    """Map at a path; None if there is none."""
+def _mapping(store: Files, recording: Recording) -> TrackingMap | None:
+    """Map of a recording; None if it has none."""
+    if recording.form is not None:
+        return load_map(text_of(recording.form), where=f"--as {recording.form}")
+    path = recording.mapping
     if path is None:
         return None
     return load_map(store.foreign(path).decode(errors="replace"), where=str(path))
@@ -346,7 +351,7 @@ def standing(store: Store, recording: Recording, sha256: str) -> Receipt | None:
         sha256: SHA-256 of its content.
     """
     try:
-        mapping = _mapping(store, recording.mapping)
+        mapping = _mapping(store, recording)
     except PitchloreError:
         return None
     there = _same_recording(store, sha256)

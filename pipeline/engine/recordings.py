@@ -32,12 +32,14 @@ class Recording(BaseModel):
             else the plain form.
         provider: provider of the files (``importers.football.providers``); None if the content tells.
         more: the other files of that provider's recording, in its order.
+        form: name of a map that is known already (``importers.forms.presets``), in place of ``mapping``.
     """
 
     file: Path
     mapping: Path | None = None
     provider: str | None = None
     more: tuple[Path, ...] = ()
+    form: str | None = None
 
     @field_serializer("file", "mapping", when_used="json")
     def _printable(self, path: Path | None) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from pitchlore.pipeline.base.errors import CorruptFile, StorageFailed, in_one_line
+from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError, StorageFailed, in_one_line
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.receipts import Quarantined
@@ -23,6 +23,14 @@ class Quarantine(Files):
         record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
         with suppress(StorageFailed):
             self.keep(self._quarantine_path(noun, name), sealed(record))
+
+    def offer(self, name: str, error: Exception) -> None:
+        """Write the map that a refusal brings along, and say where it is: in the folder ``maps``."""
+        if isinstance(error, PitchloreError) and error.offer:
+            path = self.root / "maps" / f"{safe(name)}.toml"
+            with suppress(StorageFailed):
+                self.write_bytes(path, error.offer.encode())
+                error.next_step += f". A map to mend was written for it: --map {self.named(path)}"
 
     def release(self, noun: str, name: str) -> None:
         """Delete a record, because the stage now accepts the match."""

@@ -66,6 +66,7 @@ def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
 
 
 def _finite(column: pl.Series) -> F64:
+    """Numbers of a column, but for damage."""
     values: F64 = column.fill_null(float("nan")).to_numpy()
     return values[np.abs(values) < _NUMBERS]
 
@@ -73,19 +74,28 @@ def _finite(column: pl.Series) -> F64:
 def _far_off(table: pl.DataFrame) -> float | None:
     """A number of x or y that recurs and is far off all others; None if there is none."""
     for axis in ("x", "y"):
-        values = _finite(table[axis])
-        some = np.unique(values[:: max(1, len(values) // _LOOK)])
+        column = table[axis]
+        some = np.unique(_finite(column.gather_every(max(1, len(column) // _LOOK))))
         if len(some) < _LEAST:
             continue
         low, high = np.quantile(some, (0.02, 0.98))  # of different values: one that recurs counts once
-        for end, beyond in ((values.max(), 1.0), (values.min(), -1.0)):
-            if abs(end - (high if beyond > 0 else low)) <= _FAR * (high - low):
+        reach = _FAR * (high - low)
+        if _at(column.max()) <= high + reach and _at(column.min()) >= low - reach:
+            continue
+        values = _finite(column)
+        for end, beyond in ((values.max(), high), (values.min(), low)):
+            if abs(end - beyond) <= reach:
                 continue
             rest = values[values != end]
-            near = rest.max() if beyond > 0 else rest.min()
-            if abs(end - near) > _FAR * (high - low) and len(values) - len(rest) >= _RECURS:
+            near = rest.max() if end > high else rest.min()
+            if abs(end - near) > reach and len(values) - len(rest) >= _RECURS:
                 return float(end)
     return None
+
+
+def _at(end: object) -> float:
+    """An end of a column; beyond all numbers if it has none."""
+    return float(end) if isinstance(end, float) else np.inf
 
 
 def _jumped_to(table: pl.DataFrame) -> tuple[float, bool] | None:
@@ -93,23 +103,26 @@ def _jumped_to(table: pl.DataFrame) -> tuple[float, bool] | None:
 
     The ball is put to the pitch's centre, so that of its visits there only many short ones tell.
     """
-    same = table.filter(pl.col("x") == pl.col("y"), pl.col("x").is_finite())
-    counts = same["x"].value_counts(sort=True).filter(pl.col("count") >= _RECURS)[:_MOST]
-    if counts.is_empty():
+    x, y = (table[axis].fill_null(float("nan")).to_numpy() for axis in ("x", "y"))
+    same = np.flatnonzero(x == y)
+    values, counts = np.unique(x[same], return_counts=True)
+    often = np.flatnonzero(counts >= _RECURS)
+    if not len(often):
         return None
-    axes = [_finite(table[axis]) for axis in ("x", "y")]
-    bodies = table.select("side", "id", "t_ns", "x", "y").join(
-        same.select("side", "id").unique(), ["side", "id"], maintain_order="left")
-    falls = (pl.col("t_ns").diff() < 0).over("side", "id").mean()
-    order = ["t_ns"] if bodies.select(falls).item() > _FALLS else []
-    bodies = bodies.sort("side", "id", *order, maintain_order=True)
-    who = bodies["side"] * (1 << 16) + bodies["id"]
-    samples = _Samples(bodies["side"].to_numpy(), who.to_numpy(), bodies["t_ns"].to_numpy(),
-                       bodies.select("x", "y").to_numpy())
+    often = often[np.argsort(-counts[often], kind="stable")][:_MOST]
+    side = table["side"].to_numpy()
+    who = side * (1 << 16) + table["id"].to_numpy()
+    rows = np.flatnonzero(np.isin(who, np.unique(who[same])))
+    rows = rows[np.argsort(who[rows], kind="stable")]
+    t_ns = table["t_ns"].to_numpy()
+    if np.count_nonzero((np.diff(t_ns[rows]) < 0) & (np.diff(who[rows]) == 0)) > _FALLS * len(rows):
+        rows = rows[np.lexsort((t_ns[rows], who[rows]))]
+    samples = _Samples(side[rows], who[rows], t_ns[rows], np.stack([x[rows], y[rows]], axis=1))
     ball = samples.side == _BALL
-    for value in counts["x"]:
-        ends = [(rest.min(), rest.max()) for values in axes if len(rest := values[values != value])]
-        if len(ends) < len(axes):
+    for value in values[often]:
+        ends = [(rest.min(), rest.max()) for axis in (x, y)
+                if len(rest := axis[(axis != value) & (np.abs(axis) < _NUMBERS)])]
+        if len(ends) < 2:
             continue
         if any(max(value - high, low - value) > _JUMP * (high - low) > 0 for low, high in ends):
             return float(value), True

@@ -10,10 +10,10 @@ from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.numbers.arrays import F64
 
-Unit = Literal["rad", "deg"]
+Unit = Literal["rad", "deg", "grad", "turn"]
 
 #: Radians of a unit.
-RADIANS: dict[Unit, float] = {"rad": 1.0, "deg": np.pi / 180}
+RADIANS: dict[Unit, float] = {"rad": 1.0, "deg": np.pi / 180, "grad": np.pi / 200, "turn": 2 * np.pi}
 #: Greatest size of an angle in radians, and in degrees, with what rounding adds.
 _TURN = {"rad": 2 * np.pi + 0.01, "deg": 360.5}
 #: Share of the headings beyond a turn of radians up to which they are stray values, ...

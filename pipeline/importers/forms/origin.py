@@ -27,6 +27,8 @@ _SQUARE = 0.88
 _STRAY, _BEYOND = 0.001, 0.03
 #: Bodies that reach further than so many lengths of the largest pitch are in another unit.
 _LARGEST = 1.1
+#: Rows that are looked at, evenly over the table.
+_LOOK = 50_000
 #: Larger places are damage.
 _NUMBERS = 1e6
 #: Samples from which on a match that is in one quarter is refused.
@@ -97,19 +99,20 @@ def lengths_of(table: pl.DataFrame, mapping: TrackingMap, name: str) -> Lengths:
     if reach is None:
         return Lengths((metres, metres), centre, axes.origin == "corner", [])
     given = metres if "length" in mapping.units.model_fields_set else None
-    found, corner, flaws = _found(reach, given, mapping, table["t_ns"].n_unique(), name)
+    found, corner, flaws = _found(reach, given, mapping, table["t_ns"], name)
     return Lengths((found, found), centre, corner, flaws)
 
 
 def _reach(table: pl.DataFrame) -> _Reach | None:
-    axes = [table[axis].filter(table[axis].abs() < _NUMBERS).to_numpy() for axis in ("x", "y")]
+    some = table.select("x", "y").gather_every(max(1, len(table) // _LOOK))
+    axes = [some[axis].filter(some[axis].abs() < _NUMBERS).to_numpy() for axis in ("x", "y")]
     if not all(len(values) for values in axes):
         return None
     return _Reach(*(float(np.quantile(values, share)) for values in axes for share in (_STRAY, 1 - _STRAY)))
 
 
 def _found(
-    reach: _Reach, given: float | None, mapping: TrackingMap, samples: int, name: str
+    reach: _Reach, given: float | None, mapping: TrackingMap, t_ns: pl.Series, name: str
 ) -> tuple[float, bool, list[Flaw]]:
     """Metres of a unit and whether the origin is a corner, by how far bodies reach."""
     size = max(reach.high_x - reach.low_x, reach.high_y - reach.low_y)
@@ -121,11 +124,11 @@ def _found(
     units = METRES.values() if given is None else (given,)
     quarter = size > 0 and all(n or f for n, f in zip(near, far, strict=True))
     if not quarter:
-        _check_square(across, reach, samples, name)
+        _check_square(across, reach, t_ns, name)
         largest = PITCHES[Kind.SIM2D]
         if given is not None or pitch.kind is not None or across[0] <= _LARGEST * largest.goal_x:
             return given or 1.0, False, []
-    half = 1 if quarter else 2
+    half, samples = 1 if quarter else 2, t_ns.n_unique()
     fits = {(unit, length, width) for unit in units for length, width in pitches
             if all(_LEAST <= half * far * unit / whole <= _MOST
                    for far, whole in zip(across, (length, width), strict=True))}
@@ -150,9 +153,9 @@ def _found(
     raise BadRecording(what, where=name, next_step=f"Say in a map {cure}")
 
 
-def _check_square(across: tuple[float, float], reach: _Reach, samples: int, name: str) -> None:
+def _check_square(across: tuple[float, float], reach: _Reach, t_ns: pl.Series, name: str) -> None:
     """Refuse places that reach as far across as along, as shares of the pitch from its centre do."""
-    if samples < _TELLING or across[1] < _SQUARE * across[0]:
+    if across[1] < _SQUARE * across[0] or t_ns.n_unique() < _TELLING:
         return
     for whole in WHOLE.values():
         if all(_LEAST <= 2 * far / whole <= _MOST for far in across):

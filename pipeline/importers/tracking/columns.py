@@ -7,9 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.forms.words import meant
 from pitchlore.pipeline.importers.rows import MAX_SCORE
 from pitchlore.pipeline.importers.tracking.mapping import Columns, TrackingMap
-from pitchlore.pipeline.importers.tracking.words import meant
 from pitchlore.pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")

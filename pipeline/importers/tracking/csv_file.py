@@ -7,8 +7,10 @@ import io
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.forms.offer import offering
+from pitchlore.pipeline.importers.forms.plan import plan_of
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.columns import REQUIRED, columns_to_read
+from pitchlore.pipeline.importers.tracking.columns import REQUIRED
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.importers.tracking.match import match_of
 from pitchlore.pipeline.importers.tracking.texts import (
@@ -18,7 +20,6 @@ from pitchlore.pipeline.importers.tracking.texts import (
     is_number,
     separator,
 )
-from pitchlore.pipeline.importers.tracking.wide import unfolded, wide
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.matches.quality import Flaw
 
@@ -85,32 +86,37 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     if last and len(fields_of_line(last.decode("utf-8", "replace"), mark)) < len(found):
         rows = rows[: -len(last)]
         cut = "the incomplete last line was left out"
-    columns = wide(found, mapping, source.name)
-    theirs = columns_to_read(found, mapping.columns, source.name) if columns is None else {}
-    if not rows.strip():
-        raise BadRecording("has a header and no row", where=source.name, next_step="Copy or write it again")
-    wanted = list(theirs.values()) if columns is None else columns.names()
+    with offering(found, mapping):
+        plan = plan_of(found, mapping, source.name)
+        if not rows.strip():
+            raise BadRecording("has a header and no row", where=source.name, next_step="Write it again")
+        text = rows if bare else content[: len(header) + 1 + len(rows)]
+        table = _fields(text, found, plan.names(), source.name, mark=mark, skip=0 if bare else 1)
+        named, mapped, more = plan.applied(table, source)
+        flaws = [Flaw("text encoding", note)] if note is not None else []
+        return match_of(named, source, mapped, cut, [*flaws, *more])
+
+
+def _fields(
+    text: bytes, found: list[str], wanted: list[str], name: str, *, mark: str, skip: int
+) -> pl.DataFrame:
+    """Columns of a text as text, for a value that is no number is another thing than one that is not there.
+
+    Raises:
+        BadRecording: if it is no such text.
+    """
     try:
-        # as text: a value that is no number is distinguished from one that is not there
         table = pl.read_csv(
-            io.BytesIO(rows if bare else content[: len(header) + 1 + len(rows)]),
-            has_header=False, skip_rows=0 if bare else 1, new_columns=found, separator=mark,
-            infer_schema=False, encoding="utf8-lossy", columns=[found.index(their) for their in wanted],
+            io.BytesIO(text), has_header=False, skip_rows=skip, new_columns=found, separator=mark,
+            infer_schema=False, encoding="utf8-lossy", columns=sorted(found.index(their) for their in wanted),
         )
     except pl.exceptions.PolarsError as error:
         first = str(error).partition("\n")[0][:120]
         mend = "Mend or write it again"
         if mark == ",":
             mend += "; numbers with decimal commas need semicolons between them"
-        raise BadRecording(f"cannot be read as CSV ({first})", where=source.name, next_step=mend) from error
-    table = table.with_columns(pl.all().str.strip_chars())
-    flaws = [Flaw("text encoding", note)] if note is not None else []
-    if columns is None:
-        named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
-    else:
-        named = unfolded(table, columns, source)
-        flaws += columns.flaws
-    return match_of(named, source, mapping, cut, flaws)
+        raise BadRecording(f"cannot be read as CSV ({first})", where=name, next_step=mend) from error
+    return table.with_columns(pl.all().str.strip_chars())
 
 
 def _numbered(first: list[str], line: str, mapping: TrackingMap, name: str) -> list[str]:

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.importers.forms.words import AWAYS, HOMES, bare
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
 from pitchlore.pipeline.importers.tracking.states import Course, changes, rises, tokens
-from pitchlore.pipeline.importers.tracking.words import AWAYS, HOMES, bare
 from pitchlore.pipeline.numbers.arrays import F64
 
 GuessBasis = Literal["names", "goals in the states", "kick-offs", "the ball at the goals", "alphabet"]

@@ -8,6 +8,7 @@ from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator
 
 from pitchlore.pipeline.base.toml import fitted, toml_tables
 from pitchlore.pipeline.game.pitch import Kind
+from pitchlore.pipeline.importers.forms.presets import with_form
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
 from pitchlore.pipeline.importers.topics.settings import TopicMap
 from pitchlore.schemas import SIDES, Side
@@ -73,15 +74,23 @@ class Units(_Map):
             or 2 (half, from -1 to 1); parts need the pitch's kind.
         metres: metres of a unit along and across, where it is none of these.
         angle: unit of headings, and per second of ``omega``; the map may call it ``angle_unit``, too.
-        time: unit of ``t``.
+        time: unit of ``t``, where it is a number.
+        speed: time of velocities: they are lengths a second, or a sample.
     """
 
     length: Literal["m", "cm", "mm", "share", "percent", "half"] = "m"
     metres: tuple[Metres, Metres] | None = None
-    angle: Literal["rad", "deg"] | None = Field(
+    angle: Literal["rad", "deg", "grad", "turn"] | None = Field(
         default=None, validation_alias=AliasChoices("angle", "angle_unit")
     )
     time: Literal["s", "ms", "us", "ns"] = "s"
+    speed: Literal["second", "sample"] = "second"
+
+
+class Sampling(_Map):
+    """Samples a second: ``t``, or else ``frame``, counts them then."""
+
+    hz: float | None = Field(default=None, gt=0, le=10_000)
 
 
 class Axes(_Map):
@@ -122,6 +131,7 @@ class TeamNames(_Map):
         ball: the ball's name.
         home_attacks: side that home attacks in the first period, on a pitch drawn as in ``Axes``.
         names: names to use for the file's, such as a team's for a colour.
+        named_by: columns in which a team's name stands, by the file's word for it.
     """
 
     home: str | None = None
@@ -129,6 +139,7 @@ class TeamNames(_Map):
     ball: str = "ball"
     home_attacks: Literal["right", "left"] | None = None
     names: dict[str, str] = Field(default_factory=dict)
+    named_by: dict[str, Column] = Field(default_factory=dict)
 
     def named(self, theirs: str) -> str:
         """The name to use for a name of the file."""
@@ -162,6 +173,7 @@ class TrackingMap(_Map):
 
     columns: Columns = Columns()
     units: Units = Units()
+    time: Sampling = Sampling()
     axes: Axes = Axes()
     pitch: PitchMap = PitchMap()
     teams: TeamNames = TeamNames()
@@ -212,10 +224,11 @@ def load_map(text: str, where: str = "the map") -> TrackingMap:
     """Map from TOML.
 
     Args:
-        text: TOML with the tables of :class:`TrackingMap`.
+        text: TOML with the tables of :class:`TrackingMap`, and optionally ``form``, a map to begin from.
         where: the file's name, for messages.
 
     Raises:
         BadSettings: if it is not TOML or has a key or value that does not fit.
     """
-    return fitted(TrackingMap, toml_tables(text, where), where, "Mend the map, or leave the key out")
+    tables = with_form(toml_tables(text, where), where)
+    return fitted(TrackingMap, tables, where, "Mend the map, or leave the key out")

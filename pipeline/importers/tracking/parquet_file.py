@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import polars as pl
 import pyarrow as pa
@@ -10,11 +12,12 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.forms.offer import offering
+from pitchlore.pipeline.importers.forms.plan import plan_of
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.columns import TEXT, columns_to_read
+from pitchlore.pipeline.importers.tracking.columns import TEXT
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.importers.tracking.match import match_of
-from pitchlore.pipeline.importers.tracking.wide import unfolded, wide
 from pitchlore.pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
@@ -31,40 +34,42 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    try:
+    with _sound(source.name):
         # the footer's promises are checked before anything is inflated
         file = pq.ParquetFile(io.BytesIO(source.content))
         meta = file.metadata
         size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-        rows = _rows(meta)
-        if rows > source.limits.rows:
-            raise source.too_much(f"{rows} rows", "rows")
-        if size > source.limits.megabytes << 20:
-            raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
-        columns = wide(file.schema_arrow.names, mapping, source.name)
-        theirs = {} if columns is not None else columns_to_read(
-            file.schema_arrow.names, mapping.columns, source.name)
-        wanted = list(theirs.values()) if columns is None else columns.names()
-        arrow = _read(source, wanted)
-        # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
-        arrow.validate(full=True)
-        table = pl.from_arrow(pa.table(arrow.columns, names=wanted))
+    rows = _rows(meta)
+    if rows > source.limits.rows:
+        raise source.too_much(f"{rows} rows", "rows")
+    if size > source.limits.megabytes << 20:
+        raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
+    with offering(file.schema_arrow.names, mapping):
+        plan = plan_of(file.schema_arrow.names, mapping, source.name)
+        wanted = plan.names()
+        with _sound(source.name):
+            arrow = _read(source, wanted)
+            # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
+            arrow.validate(full=True)
+            table = pl.DataFrame(pl.from_arrow(pa.table(arrow.columns, names=wanted)))
+        named, mapped, flaws = plan.applied(table, source)
+        for column, dtype in named.schema.items():
+            if column not in TEXT and not dtype.is_numeric() and dtype != pl.Null:
+                raise BadRecording(f"column {column} is {dtype}, not numbers", where=source.name,
+                                   next_step="Write it as numbers")
+        return match_of(named, source, mapped, flaws=flaws)
+
+
+@contextmanager
+def _sound(name: str) -> Iterator[None]:
+    """Errors of the libraries within the body are refusals of the file."""
+    try:
+        yield
     except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
-            f"cannot be read as Parquet ({first})", where=source.name, next_step="Copy or write it again"
+            f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
         ) from error
-    assert isinstance(table, pl.DataFrame)
-    if columns is None:
-        named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
-    else:
-        named = unfolded(table, columns, source)
-    for column, dtype in named.schema.items():
-        if column not in TEXT and not dtype.is_numeric() and dtype != pl.Null:
-            raise BadRecording(
-                f"column {column} is {dtype}, not numbers", where=source.name, next_step="Write it as numbers"
-            )
-    return match_of(named, source, mapping, flaws=() if columns is None else columns.flaws)
 
 
 def _rows(meta: pq.FileMetaData) -> int:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.forms.words import BALLS, WORDS, bare
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.columns import (
     REQUIRED,
@@ -16,14 +17,14 @@ from pitchlore.pipeline.importers.tracking.columns import (
     first_columns,
 )
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
-from pitchlore.pipeline.importers.tracking.words import BALLS, WORDS, bare
 from pitchlore.pipeline.matches.quality import Flaw
 
 #: Columns of a body, and those of a whole sample.
 OF_A_BODY = ("x", "y", "heading", "vx", "vy", "omega", "option")
-_OF_A_SAMPLE = ("frame", "t", "period", "segment", "score_home", "score_away", "game_state")
+OF_A_SAMPLE = ("frame", "t", "period", "segment", "score_home", "score_away", "game_state")
 #: Words of a column's name that say nothing.
-_NOISE = {"pos", "position", "posicao", "robot", "robo", "player", "jogador", "agent", "agente", "the", "m"}
+_NOISE = {"pos", "position", "posicao", "robot", "robo", "player", "jogador", "agent", "agente", "the", "m",
+          "frame", "robots", "players"}
 #: Bodies from which on a table is wide.
 _BODIES = 2
 _PARTS = re.compile(r"[A-ZÀ-Þ]?[a-zß-ÿ]+|[A-ZÀ-Þ]+|\d+")
@@ -78,7 +79,7 @@ def wide(found: list[str], mapping: TrackingMap, name: str) -> Wide | None:
     elif {*mapping.columns.model_fields_set} & {*REQUIRED} - {"t"} or {"x", "y"} <= {*found}:
         return None
     else:
-        parts = _by_name(found, mapping.teams.ball)
+        parts = named_bodies(found, mapping.teams.ball)
     whole = [Body(*who, columns) for who, columns in parts.items() if {"x", "y"} <= columns.keys()]
     if len(whole) < _BODIES:
         _check_of_teams(found, name)
@@ -87,7 +88,7 @@ def wide(found: list[str], mapping: TrackingMap, name: str) -> Wide | None:
     left = [column for columns in parts.values() for column in columns.values() if column not in read]
     flaws = [Flaw("skipped", f"columns without x or y: {', '.join(left[:8])}", len(left))] if left else []
     sample = columns_to_read(found, mapping.columns, name, ("t",))
-    return Wide({ours: sample[ours] for ours in _OF_A_SAMPLE if ours in sample}, tuple(whole), tuple(flaws))
+    return Wide({ours: sample[ours] for ours in OF_A_SAMPLE if ours in sample}, tuple(whole), tuple(flaws))
 
 
 def _by_map(found: list[str], mapping: TrackingMap, name: str) -> _Bodies:
@@ -108,13 +109,15 @@ def _by_map(found: list[str], mapping: TrackingMap, name: str) -> _Bodies:
     return bodies
 
 
-def _by_name(found: list[str], ball: str) -> _Bodies:
-    """The columns of each body by their names."""
+def named_bodies(found: list[str], ball: str) -> dict[tuple[str, str | None], dict[str, str]]:
+    """The columns of each body by their names: of team and player (None for the ball), ours to the file's."""
     bodies: _Bodies = {}
     spelt: dict[str, str] = {}
     for column in found:
         parts = _PARTS.findall(column)
         at = [i for i, part in enumerate(parts) if WORDS.get(bare(part)) in OF_A_BODY]
+        if len(at) > 1:  # l1_body is a heading, and body1_x is none
+            at = [i for i in at if bare(parts[i]) != "body"]
         if len(at) > 1:  # y0.x: what stands before the number is the team
             at = [i for i in at if not parts[i + 1:] or not parts[i + 1].isdigit()]
         numbers = [part for part in parts if part.isdigit()]
