@@ -1,6 +1,7 @@
 """RoboCup 2D text logs: hand-written ones with known values, and damaged ones."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import polars as pl
@@ -8,11 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import TAILS
-from support.recordings import INSPER, RCSS, imported, taken_for
+from support.recordings import INSPER, RCSS, imported, same_frames, taken_for
+from support.recordings import read as opened
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.rcg import reading as rcg
+from pitchlore.pipeline.importers.readers import open_source
+from pitchlore.pipeline.importers.readers import read as read_source
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.schemas import AWAY, HOME, Commands
@@ -388,3 +392,161 @@ def test_real_logs(name: str, version: int, count: int, kicks: int, alone: int) 
     assert len(at) == alone
     assert (change[at] > 0.2).mean() > 0.9
     assert (change[at + 1] > 0.2).sum() == 0
+
+
+# --- JSON, names in quotes, several logs -------------------------------------------------------------
+
+#: A match by its events: (cycle, playmode), score, and (cycle, ball, dashes) of a player each side.
+STORY: list[tuple] = [
+    ("team", 0, 0, 0), ("playmode", 0, "kick_off_l"), ("show", 1, 0.5, 3), ("playmode", 2, "play_on"), ("show", 2, -1.25, 4),
+    ("playmode", 3, "goal_l"), ("team", 3, 1, 0), ("show", 3, 52.75, 6), ("playmode", 4, "time_over"), ("show", 4, 52.75, 6), ("team", 4, 1, 0),
+]
+
+
+def story_in_text(names: tuple[str, str] = ("Left", "Right")) -> bytes:
+    """The story as version 6 writes it."""
+    tail = TAILS[6].rpartition(" (c ")[0]
+    said = {
+        "team": lambda cycle, left, right: f"(team {cycle} {names[0]} {names[1]} {left} {right})",
+        "playmode": lambda cycle, mode: f"(playmode {cycle} {mode})",
+        "show": lambda cycle, x, dashes: (
+            f"(show {cycle} ((b) {x} -20.5 0.25 0)"
+            f" ((l 1) 0 0x9 -10.5 4 0.1 0.2 30 -45{tail} (c {group(dash=dashes, change_focus=1)}))"
+            f" ((r 11) 3 0x1 20 5 0 1e-05 -179.5 90{tail} (c {group()})))"),
+    }
+    return log("(server_param (goal_width 14.02)(half_time 300)(simulator_step 100))", *(said[kind](*rest) for kind, *rest in STORY))
+
+
+def story_in_json(version: int) -> bytes:
+    """The story as a server of a version writes it in JSON (its ``SerializerMonitorJSON``)."""
+    new = version >= 19
+    def team(side: str, name: str, score: int) -> dict:
+        return ({} if new else {"side": side}) | {"name": name, "score": score, "pen_score": 0, "pen_miss": 1}
+
+    def player(side: str, number: int, kind: int, state: int, place: tuple, **counts: int) -> dict:
+        counted = {name: counts.get(name, 0) for name in COUNTED[:11 if version < 18 else 12]}
+        return {"side": side, "unum": number, "type": kind, "state": state, **dict(zip(("x", "y", "vx", "vy", "body", "neck"), place, strict=True)),
+                "px": 3.5, "py": -20.1, "vq": "h", "vw": 90, "stamina": 8000, "effort": 1, "recovery": 1, "capacity": 130600,
+                "fside": "r", "fnum": 7, **(counted if new else {"count": counted})}
+
+    said = {
+        "team": lambda cycle, left, right: {"time": cycle, **(
+            {"l": team("l", "Left", left), "r": team("r", "Right", right)} if new else
+            {"teams": [team("l", "Left", left), team("r", "Right", right)]})},
+        "playmode": lambda cycle, mode: {"time": cycle, "stime": 2, "mode": mode},
+        "show": lambda cycle, x, dashes: {"time": cycle, "ball": {"x": x, "y": -20.5, "vx": 0.25, "vy": 0}, "players": [
+            player("l", 1, 0, 9, (-10.5, 4, 0.1, 0.2, 30, -45), dash=dashes, change_focus=1),
+            player("r", 11, 3, 1, (20, 5, 0, 1e-05, -179.5, 90))]},
+    }
+    params = {"goal_width": 14.02, "half_time": 300, "simulator_step": 100, "team_l_start": "./start.sh", "synch_mode": False}
+    objects = [(kind, said[kind](*rest)) for kind, *rest in STORY]
+    objects = [("server_param", params), ("player_type", {"id": 0, "player_speed_max": 1.05}), *objects[:3],
+               ("msg", {"time": 1, "board": 1, "message": 'a "quoted"\tbackslash \\ text'}),
+               ("team_graphic", {"side": "l", "x": 0, "y": 0, "xpm": ["8 8 2 1"]}), *objects[3:]]
+    if new:
+        lines = [{"version": "19.0.0"}, {"timestamp": "2024-07-17T10:00:00+0900"}, *({kind: body} for kind, body in objects)]
+    else:
+        lines = [{"type": "header", "version": f"{version}.0.1", "timestamp": "2024-07-17T10:00:00+0900"}, *(
+            {"type": kind, "params": body} if kind == "server_param" else {"type": kind} | body for kind, body in objects)]
+    texts = (json.dumps(line, separators=(",", ":")).replace("\\t", "\t") for line in lines)  # std::quoted escapes no control characters
+    return ({17: "ULG6\n", 18: "JSON\n"}.get(version, "") + "[\n" + ",\n".join(texts) + "\n]\n").encode()
+
+
+def same_story(match: MatchLog, told: MatchLog) -> bool:
+    """True if two logs tell the same bodies, events and commands."""
+    return same_frames(match.frames, told.frames) and match.referee.drop("match_id").equals(told.referee.drop("match_id")) and (
+        match.commands.drop("match_id").equals(told.commands.drop("match_id")))
+
+
+LAID_OUT = {
+    "as written": bytes, "minified": lambda data: data.replace(b"\n", b"").replace(b"ULG6", b"ULG6\n").replace(b"JSON", b"JSON\n"),
+    "indented": lambda data: data.replace(b"},\n{", b"} ,\n\n   {  ").replace(b"[\n", b"[\n   ", 1),
+    "Windows": lambda data: data.replace(b"\n", b"\r\n"),
+}
+
+
+@pytest.mark.parametrize("version", [17, 18, 19])
+@pytest.mark.parametrize("layout", LAID_OUT)
+def test_json(version: int, layout: str) -> None:
+    """A JSON log is the match that the text log of it is, however it is laid out."""
+    match, told = opened(LAID_OUT[layout](story_in_json(version)), "game.rcg"), opened(story_in_text(), "game.rcg")
+    assert same_story(match, told)
+    assert (match.info.home, match.info.away, match.info.complete, match.info.pitch) == ("Left", "Right", True, told.info.pitch)
+    assert (told.info.complete, match.info.settings["version"]) == (True, "json")
+    assert match.info.started_at.isoformat() == "2024-07-17T10:00:00+09:00"
+    assert match.quality.is_empty()
+
+
+@pytest.mark.parametrize(("change", "frames", "reason"), [
+    (lambda data: data[:data.rindex(b'"show"') + 80], 3, "the log is cut off"),
+    (lambda data: data[:data.rindex(b"]")], 4, "the log is cut off"),
+    (lambda data: data + bytes(99), 4, "the log is cut off"),
+    (lambda data: data.replace(b'"x":-1.25', b'"x":null'), 3, None),
+    (lambda data: data.replace(b'"x":-1.25', b'"x":NaN'), 3, None),
+    (lambda data: data.replace(b'"x":-1.25', b'"x"-1.25'), 3, None),
+    (lambda data: data.replace(b'"ball":{"x":-1.25', b'"bull":{"x":-1.25'), 3, None),
+])
+def test_damaged_json(change: Callable[[bytes], bytes], frames: int, reason: str | None) -> None:
+    """Whole lines of a damaged JSON log are read; the rest is counted."""
+    for version in (17, 19):
+        match = opened(change(story_in_json(version)), "game.rcg")
+        assert len(match.frames) == frames
+        assert match.info.incomplete_reason == reason
+        flaws = match.quality["flaw"].cast(pl.String).to_list()
+        assert flaws == (["truncated"] if reason else ["skipped"])
+
+
+@pytest.mark.parametrize(("names", "read_as"), [
+    (('"Left"', "Right"), ("Left", "Right")), (('"Left Wing"', '"Right Back"'), ("Left Wing", "Right Back")),
+    (("Left", '"R. (2) B"'), ("Left", "R. (2) B")), (("null", '"null"'), ("null", "null")),
+])
+def test_quoted_names(names: tuple[str, str], read_as: tuple[str, str]) -> None:
+    """A team's name may stand in quotes, with blanks in it."""
+    match = opened(story_in_text(names), "game.rcg")
+    assert (match.info.home, match.info.away) == read_as
+    assert match.quality.is_empty()
+    assert same_story(match, opened(story_in_text(), "game.rcg"))
+
+
+@pytest.mark.parametrize("logs", [
+    (story_in_text(), story_in_text(("C", "D"))), (story_in_text(), story_in_json(19)), (story_in_json(18), story_in_json(17), story_in_text()),
+    (story_in_json(19), story_in_json(19)), (story_in_text(), b"ULG5\n", story_in_text()),
+])
+def test_several_logs(logs: tuple[bytes, ...]) -> None:
+    """Logs one after the other in a file are matches of their own, each whole; one without a cycle is none."""
+    source, played = open_source(b"".join(logs), "day.rcg"), [log for log in logs if len(log) > 9]
+    for number, data in enumerate(played, 1):
+        match = read_source(source.numbered(number))
+        alone = opened(data, "day.rcg")
+        assert same_story(match, alone)
+        assert (match.info.home, match.info.complete) == (alone.info.home, True)
+        assert match.info.settings["match"] == {"number": number, "of": len(played)}
+        assert match.quality["flaw"].cast(pl.String).to_list() == ["several matches"]
+    with pytest.raises(BadRecording, match=f"has no match number {number + 1}"):
+        read_source(source.numbered(number + 1))
+
+
+@pytest.mark.parametrize(("head", "says"), [
+    (b"0,0\t(referee kick_off_l)\n0,1\tRecv A_1: (init A (version 14))", "rcssserver's log of what players said .*Import the .rcg that lies beside it"),
+    (b"3,12\tRecv HELIOS_7: (dash 100)(turn_neck -3)\n", "without positions"),
+    (b"0,0\tRecv Coach: (ok)\n" * 3, r"\(.rcl\)"),
+    (b"SQLite format 3\0\x10\0", "rosbag2 records into .*mcap convert"), (b"#ROSBAG V2.0\nE\0\0\0", "bag of ROS 1.*rosbags-convert"),
+    (b"100:0,1,9,1100,0,0.1;1,2,7,-3000,100,0.2;:0,0,0,0.0,H,Alive;:\n", "TRACAB's positions.*--from kloppy:tracab METADATA FILE"),
+    (b"450:0.30602,0.97029,5,1.11;NaN,NaN,-1,NaN:0.5,0.4\n", "EPTS's positions.*--from kloppy:metrica-epts"),
+    (b"1598184000000;0,1,1:0,a2s2,9,52.803,23.617;\n", "Stats Perform.*kloppy:statsperform MA1 FILE"),
+    (b",,,Home,,Home,\n,,,11,,1,\nPeriod,Frame,Time [s],Player11,,Player1,\n1,1,0.04,0.1,0.4,0.3,0.6\n", "kloppy:metrica-csv HOME.csv AWAY.csv"),
+    (b'<?xml version="1.0"?>\n<PutDataRequest RequestId="1"><Positions/></PutDataRequest>', "kloppy:sportec"),
+    (b'{"detection": {"frame_number": 1, "t_capture": 1.5, "camera_id": 0}}\n', "SSL's packets as JSON.*game log"),
+    (b'{"timestamp": 1, "type": 2, "message": {"robotsBlue": []}}\n' * 2, "SSL's packets as JSON"),
+    (b'{"uuid": "x", "trackedFrame": {"frameNumber": 5}}\n', "SSL's packets as JSON"),
+    (b'{"frame": 0, "timestamp": null, "image_corners_projection": {}}\n', "kloppy:skillcorner"),
+    (b'{"period": 1, "frameIdx": 0, "gameClock": 0.0, "homePlayers": []}\n', "kloppy:secondspectrum"),
+    (b'{"version": "4.1.0", "gameRefId": 10517.0}\n', "kloppy:pff METADATA ROSTERS FILE"),
+    (b'{\n  "FrameData": [\n', "kloppy:tracab"), (b'[\n {\n "utc_time": 17, "phase": 1', "kloppy:signality"),
+])
+def test_unread(head: bytes, says: str) -> None:
+    """A file that is met beside recordings is refused with what it is and what to do."""
+    with pytest.raises(BadRecording, match=says) as error:
+        opened(head, "found")
+    assert "\n" not in str(error.value)
+    assert "known format" not in str(error.value)

@@ -17,6 +17,7 @@ from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
 from pitchlore.pipeline.importers import mcap_log
 from pitchlore.pipeline.importers.football import dataset as football
 from pitchlore.pipeline.importers.football.providers import dataset_of, open_files
+from pitchlore.pipeline.importers.forms.unread import unread
 from pitchlore.pipeline.importers.packets import reading as packets
 from pitchlore.pipeline.importers.packing import Octets, Unpacking
 from pitchlore.pipeline.importers.plausibility import plausibility_checks
@@ -78,7 +79,7 @@ READERS: tuple[Reader, ...] = (
         csv_file.detects, csv_file.read, text=True,
     ),
     Reader(
-        "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",
+        "rcg", "RoboCup 2D log (.rcg: ULG4 to ULG6, JSON)",
         "ball, players, playmodes and the players' counted commands of every cycle; the left team is home",
         rcg.detects, rcg.read, text=True,
     ),
@@ -191,6 +192,9 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     if source.provider is not None:
         return _checked(football.match_of_dataset(dataset_of(source), source), source)
     if source.format is None:
+        known = unread(source.content[:HEAD_BYTES])
+        if known is not None:
+            raise BadRecording(known.what, where=source.name, next_step=known.next_step)
         what = "is not a recording of a known format" if source.content else "is empty"
         theirs = csv_file.is_markup(source.content[:_BEGIN])
         raise BadRecording(what, where=source.name, next_step=f"{_WHOSE if theirs else ''}{SUPPORTED}")

@@ -10,7 +10,8 @@ origin     places that are not counted from the pitch's centre, or not in metres
 angles     the unit of headings
 presets    maps of forms that are known, by name (presets.toml)
 offer      maps for tables that were refused
+unread     files that are met beside recordings, and are not read by themselves
 =========  ====================================================================
 
-Each module takes and gives a table, or refuses it; none of them knows a file or a match.
+Each module but the last takes and gives a table, or refuses it; none of them knows a file or a match.
 """

@@ -29,7 +29,8 @@ _NO_COUNTERS = b" ".join([b"-1"] * COUNTED)
 #: Fewer counters than that: none is read.
 _FEWER_COUNTERS = re.compile(rb"\(c (?:\d{1,9} ){0,7}\d{1,9}\)")
 _MODE = re.compile(rb"\(playmode (\d{1,9}) ([a-z_]+)\)")
-_TEAM = re.compile(rb"\(team (\d{1,9}) (\S+) (\S+) (\d{1,4}) (\d{1,4})[^()]*\)")
+_NAME = rb'(?:"([^"]*)"|([^\s"]+))'
+_TEAM = re.compile(rb"\(team (\d{1,9}) " + _NAME + b" " + _NAME + rb" (\d{1,4}) (\d{1,4})[^()]*\)")
 _OTHER_LINES = (b"(server_param", b"(player_param", b"(player_type", b"(msg", b"(team_graphic", b"(draw")
 
 _NO_TEAM = "null"
@@ -99,10 +100,11 @@ def scan_lines(text: bytes) -> ParsedLines:
         elif mode := _MODE.fullmatch(line):
             record.marks.append((len(record.numbers), int(mode[1]), mode[2].decode()))
         elif team := _TEAM.fullmatch(line):
-            record.marks.append((len(record.numbers), int(team[1]), (int(team[4]), int(team[5]))))
+            record.marks.append((len(record.numbers), int(team[1]), (int(team[6]), int(team[7]))))
             for side in (0, 1):
                 if record.names[side] == _NO_TEAM:
-                    record.names[side] = team[side + 2].decode("utf-8", "replace")
+                    name = team[2 * side + 2] or team[2 * side + 3] or _NO_TEAM.encode()
+                    record.names[side] = name.decode("utf-8", "replace")
         elif not line.startswith(_OTHER_LINES) or not line.endswith(b")"):
             record.last_bad = True
         elif line.startswith(b"(server_param"):

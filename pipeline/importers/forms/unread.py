@@ -1,0 +1,62 @@
+"""Files that are met beside recordings and are not read: what each is, and what to do with it."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+
+class Unread(NamedTuple):
+    """A kind of file that is not read by itself: its begin, what it is, and the user's next step."""
+
+    begins: re.Pattern[bytes]
+    what: str
+    next_step: str
+
+
+def _kind(begins: bytes, what: str, next_step: str) -> Unread:
+    """A kind of file, by an expression of how it begins."""
+    return Unread(re.compile(begins, re.DOTALL), what, next_step)
+
+
+def _football(begins: bytes, whose: str, provider: str, files: str) -> Unread:
+    """A provider's kind of file, and how its files are given."""
+    step = f"Give its files: pitchlore import --from kloppy:{provider} {files}"
+    return _kind(begins, f"looks like {whose}", step)
+
+
+#: Kinds by how they begin; the first that fits counts. A key of JSON is looked for in the first object.
+KINDS = (
+    _kind(rb"SQLite format 3\0", "is a database of SQLite, which rosbag2 records into (.db3)",
+          "Convert it: mcap convert FILE.db3 FILE.mcap"),
+    _kind(rb"#ROSBAG V", "is a bag of ROS 1",
+          "Convert it: rosbags-convert --src FILE --dst FOLDER --dst-storage mcap"),
+    _kind(rb"\d+,\d+\t(?:Recv |Send |\(|\[)",
+          "is rcssserver's log of what players said (.rcl), without positions",
+          "Import the .rcg that lies beside it, which counts their commands"),
+    _football(rb"\d{1,9}:(?:-?\d+,){5}-?[\d.]+;", "TRACAB's positions (.dat)", "tracab", "METADATA FILE"),
+    _football(rb"\d{1,9}:(?:(?:-?[\d.]+|NaN|),){2,}[^\n]*[;:]", "EPTS's positions, as of Metrica",
+              "metrica-epts", "METADATA.xml FILE"),
+    _football(rb"\d{13};\d,\d,\d:", "Stats Perform's positions (MA25)", "statsperform", "MA1 FILE"),
+    _football(rb",,,(?:Home|Away),", "Metrica's CSV of one team", "metrica-csv", "HOME.csv AWAY.csv"),
+    _football(rb"\s*(?:<\?xml[^>]*\?>)?\s*<PutDataRequest\b", "Sportec's (DFL) XML", "sportec",
+              "METADATA.xml POSITIONS.xml"),
+    _football(rb"\s*(?:<\?xml[^>]*\?>)?\s*<TracabMetaData\b", "TRACAB's metadata", "tracab",
+              "FILE POSITIONS"),
+    _kind(rb"\s*\{[^\n]{0,400}\"(?:detection|geometry|tracked_?[fF]rame|robots_?(?:[bB]lue|[yY]ellow)"
+          rb"|command_?[cC]ounter)\"\s*:", "is SSL's packets as JSON",
+          "Import the game log (.log or .log.gz) that it was made of"),
+    _football(rb"\s*\{[^\n]{0,4000}\"image_corners_projection\"", "SkillCorner's positions", "skillcorner",
+              "METADATA FILE"),
+    _football(rb"\s*\{[^\n]{0,4000}\"frameIdx\"", "Second Spectrum's positions", "secondspectrum",
+              "METADATA FILE"),
+    _football(rb"\s*\{[^\n]{0,4000}\"gameRefId\"", "PFF's positions", "pff", "METADATA ROSTERS FILE"),
+    _football(rb"\s*\{\s*\"FrameData\"", "TRACAB's positions in JSON", "tracab", "METADATA FILE"),
+    _football(rb"\s*\[\s*\{\s*\"utc_time\".{0,400}\"phase\"", "Signality's positions", "signality",
+              "METADATA VENUE FILE…"),
+)
+
+
+def unread(head: bytes) -> Unread | None:
+    """The kind of a file that is not read by itself, by its first bytes; None if it is none of ``KINDS``."""
+    return next((kind for kind in KINDS if kind.begins.match(head)), None)
