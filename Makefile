@@ -237,8 +237,9 @@ study-options: $(READY)  ## ratios and classes of options, and what is recovered
 	$(BIN)/python data/studies/options/alike.py
 	$(BIN)/python data/studies/options/study.py
 
-ssl-options: $(READY)  ## options of robots of SSL that drive in all directions (four minutes; RECORDINGS as above)
+ssl-options: $(READY)  ## options of robots of SSL that drive in all directions (ten minutes; RECORDINGS as above)
 	$(BIN)/python data/studies/omnidirectional/study.py $(RECORDINGS)
+	$(BIN)/python data/studies/omnidirectional/playing.py $(RECORDINGS)
 
 from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour, and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/study.py

@@ -4,8 +4,9 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import ROOT
-from omnidirectional import learning, straight, study
+from omnidirectional import learning, playing, straight, study
 from omnidirectional.recording import HZ, recorded
+from omnidirectional.world import Limits, Rolling, World
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
@@ -81,6 +82,54 @@ def test_executors_go_straight():
     way = straight.ways(view[None], np.array([1]), codes, packed, 2.0, 4.0, np.array([30, 120]), HZ)[0]
     assert way[1, 1] == pytest.approx([0.1, 2.0], abs=0.1)
     assert way[2, 0] == pytest.approx(way[2, 1])
+
+
+def world(kicks, front_s=1.0):
+    """Two robots; home's heads to +x with the ball at its front, away's stands at the other goal."""
+    start = np.zeros((3, 6))
+    start[1, 0], start[2, :2], start[2, 2] = -0.115, (4.0, 3.0), np.pi
+    can = Limits(2.0, 4.0, np.array([5.0]), kicks, 0.0, front_s)
+    return World(PITCHES[Kind.SSL], (can, can), Rolling(0.3, 2.0), np.stack([start, start]), np.random.default_rng(0))
+
+
+def test_world():
+    """A robot keeps its limits and carries the ball; a kicked ball slows down, and is a goal; then all stand as at first."""
+    carries = world(kicks=0)
+    carries.kick_off(0)
+    speeds = []
+    for _ in range(HZ):
+        carries.frame(np.array([[9.0, 0.0], [0.0, 0.0]]), np.zeros(2))
+        speeds.append(carries.bodies[1, 3])
+    assert np.diff(speeds).max() <= 4.0 / HZ + 1e-9
+    assert max(speeds) <= 2.0 + 1e-9
+    assert carries.bodies[0, 0] - carries.bodies[1, 0] < 0.2
+    assert carries.bodies[0, 0] > 0.8
+    scores = world(kicks=1, front_s=1 / HZ)
+    scores.kick_off(0)
+    hard = []
+    while not scores.goals[0] and len(hard) < 5 * HZ:
+        scores.frame(np.zeros((2, 2)), np.zeros(2))
+        hard.append(scores.bodies[0, 3])
+    assert scores.goals == [1, 0]
+    assert scores.kicks == [1, 0]
+    assert scores.restarted
+    assert scores.bodies[1, 0] == pytest.approx(-0.115)
+    assert max(hard) > 4.9 > 3.5 > hard[-2] > hard[-1]
+
+
+def test_matches(match, tmp_path, monkeypatch):
+    """Each way to play plays, standing and all; who stands at mean places stays there."""
+    _, recording = match
+    whole = max(recording.stretches, key=lambda each: each.seconds)
+    first = recording.stretches[0]
+    monkeypatch.setattr(playing, "_MIDDLE", 9.0)
+    parts = recording._replace(stretches=[first, whole] if first is not whole else [whole, *recording.stretches[1:]])
+    table = playing.main(parts, tmp_path, seeds=(1, 2), seconds=2.0, counts=(2,))
+    committed = pl.read_csv(STUDY / "played.csv")
+    assert table.columns == committed.columns
+    assert set(table.select("home", "away", "of").rows()) == set(committed.select("home", "away", "of").rows())
+    speed = dict(table.filter(away="standing", of="robot_speed_home").select("home", "mean").iter_rows())
+    assert speed["habits"] > 0.1
 
 
 def test_other_leagues_are_refused():
