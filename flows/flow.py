@@ -13,7 +13,8 @@ from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from pitchlore.flows.pruning import OURS, prune_or_say
-from pitchlore.flows.runner import as_tasks
+from pitchlore.flows.runner import as_tasks, tell_assets
+from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.settings import HistorySettings
 
 P = ParamSpec("P")
@@ -35,6 +36,8 @@ def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
             call = signature(function).bind(*given, **named)
             call.apply_defaults()
             history = call.arguments.get("history")
+            if isinstance(result, RunReport):
+                tell_assets(call.arguments["data"], result)
             if isinstance(history, HistorySettings):
                 prune_or_say(history)
             if isinstance(result, BaseModel) and not isinstance(result, State):

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
+from urllib.parse import quote as quoted
 
 from httpx import TransportError
 from prefect import Task, get_run_logger
 from prefect.artifacts import create_markdown_artifact
+from prefect.assets import Asset
 from prefect.cache_policies import NO_CACHE
 from prefect.client.schemas.objects import State, TaskRun
+from prefect.context import AssetContext
+from prefect.events import emit_event
 from prefect.futures import PrefectFuture, as_completed
 from prefect.utilities.annotations import quote
 
 from pitchlore.pipeline.base.errors import in_one_line
+from pitchlore.pipeline.engine.progress import RunReport
+from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tasks import AGAIN, PAUSE_S, Pool, runner
+from pitchlore.pipeline.store import Store
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -60,6 +68,32 @@ class PrefectRunner:
             raise
         except Exception as error:
             get_run_logger().warning("The artifact %s could not be kept (%s).", key, in_one_line(error))
+
+
+def tell_assets(data: Path, report: RunReport) -> None:
+    """Tell the server what a run made new, as assets of Prefect's that were materialized.
+
+    An asset is a noun of a data folder, as ``file:///home/me/league/knowledge``. Its event has the number of
+    new outputs, or the version, and names the nouns that it was made from. A look that finds nothing new is
+    no event.
+
+    Args:
+        data: the data folder.
+        report: report on the run.
+    """
+    store = Store(data)
+    base = store.where if store.mirror is not None else f"file://{quoted(str(store.root.resolve()))}"
+    facts = {stage.noun: {"made": len(stage.made)}
+             for stage in report.stages if stage.made and stage.noun in STAGES}
+    if report.knowledge_is_new and report.knowledge is not None:
+        facts["knowledge"] = {"version": report.knowledge}
+    if report.policy_is_new and report.policy is not None:
+        facts["policies"] = {"version": report.policy}
+    for noun, payload in facts.items():
+        sources = [Asset(key=f"{base}/{each}") for each in STAGES[noun].inputs]
+        emit_event("prefect.asset.materialization.succeeded", payload=payload,
+                   resource=AssetContext.asset_as_resource(Asset(key=f"{base}/{noun}")),
+                   related=[AssetContext.asset_as_related(source) for source in sources])
 
 
 @contextmanager

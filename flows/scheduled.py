@@ -9,6 +9,7 @@ from prefect.client.schemas.objects import State
 from prefect.states import Completed, Failed
 
 from pitchlore.flows.flow import our_flow
+from pitchlore.flows.runner import tell_assets
 from pitchlore.flows.work import run
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.child import belong
@@ -56,6 +57,7 @@ def scheduled_run(
     store.catch_up()
     quarantined, failed = set(store.quarantined()), _last_failures(store)
     report = run(data, None, settings, train, limits, on, history, scout)
+    tell_assets(data, report)
     now = store.quarantined()
     known = {record.reason for record in now if record in quarantined}
     new = {what for what, why in report.failures.items() if why not in known and failed.get(what) != why}

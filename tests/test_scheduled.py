@@ -27,21 +27,25 @@ from support.terminal import terminal
 
 from pitchlore.flows.server import Keeper, Process
 from pitchlore.pipeline.engine.history import log
+from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
 
 
 @pytest.mark.usefixtures("prefect_server")
-def test_run_states(tmp_path, capsys):
+def test_run_states(tmp_path, capsys, monkeypatch):
     """A run says in one line and in its state what it did.
 
     Completed with what was made, then with nothing new; Failed, named Quarantined, if something is refused for the
-    first time. What was refused before is no new alert, unless its content or its reason is another.
+    first time. What was refused before is no new alert, unless its content or its reason is another. What is new is
+    told as assets, once.
     """
     from pitchlore.flows.scheduled import scheduled_run
 
     (tmp_path / "inbox").mkdir()
     clip(0.0, 40.0).write_csv(tmp_path / "inbox" / "derby.csv")
+    told: list[dict[str, Any]] = []
+    monkeypatch.setattr("pitchlore.flows.runner.emit_event", lambda event, **named: told.append({"event": event, **named}))
     states = [scheduled_run(tmp_path, return_state=True) for _ in range(2)]
     (tmp_path / "inbox" / "notes.txt").write_text("dear diary")
     states += [scheduled_run(tmp_path, return_state=True) for _ in range(2)]
@@ -60,6 +64,14 @@ def test_run_states(tmp_path, capsys):
     assert [line.partition(": ")[2] for line in lines] == [state.message for state in states]
     assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d run [a-z-]+: ", line) for line in lines)
     assert states[0].result()["policy"] == 1
+    base = f"file://{tmp_path}"
+    by_noun = {one["resource"]["prefect.resource.id"].removeprefix(f"{base}/"): one for one in told}
+    assert [*by_noun] == ["matches", *(stage.noun for stage in STAGES.computed()), *STAGES.versioned]
+    assert len(told) == len(by_noun)
+    assert {one["event"] for one in told} == {"prefect.asset.materialization.succeeded"}
+    assert (by_noun["goals"]["payload"], by_noun["policies"]["payload"]) == ({"made": 1}, {"version": 1})
+    assert [each["prefect.resource.id"] for each in by_noun["goals"]["related"]] == [
+        f"{base}/{noun}" for noun in STAGES["goals"].inputs]
     assert [record.noun for record in Store(tmp_path).quarantined()] == ["matches"] * 2
 
 

@@ -66,7 +66,8 @@ def run(
     if plan:
         from pitchlore.flows.commands.planned import print_plan  # noqa: PLC0415 (it loads the importers)
 
-        print_plan(common.existing, chosen, train=train, json=json)
+        store = common.store  # a bucket may have an inbox and nothing else yet
+        print_plan(store if store.mirror is not None else common.existing, chosen, train=train, json=json)
         return
     store = common.store
     limits = chosen.imports.isolated() if isolate else chosen.imports

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
-from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import metadata
@@ -32,12 +31,12 @@ def identity() -> dict[str, str]:
     return found
 
 
-def _requirements() -> Sequence[str]:
+def _requirements() -> list[str]:
     """The packages that this code needs, as its installation says, else its checkout."""
     with suppress(metadata.PackageNotFoundError):
-        return metadata.requires("pitchlore") or ()
+        return metadata.requires("pitchlore") or []
     text = (Path(__file__).resolve().parents[3] / "pyproject.toml").read_text(encoding="utf-8")
-    return tuple(tomllib.loads(text)["project"]["dependencies"])
+    return list(tomllib.loads(text)["project"]["dependencies"])
 
 
 def first_difference(theirs: dict[str, str], ours: dict[str, str]) -> tuple[str, str, str] | None:
