@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import signal
-import subprocess
-import sys
-import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,18 +28,14 @@ from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording, inbox
 from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.engine.stages import STAGES
-from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.settings import (
     BehaviourSettings,
     GramSettings,
-    KnowledgeSettings,
     PolicySettings,
     Settings,
 )
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.store.verification import verify
 from pitchlore.schemas import Policies
 
 pytestmark = pytest.mark.slow
@@ -131,40 +122,6 @@ def test_bad_match_and_disk_error(tmp_path, clips, monkeypatch):
     (record,) = Store(tmp_path).quarantined()
     assert record.noun == "matches"
     assert record.name.startswith("broken-")
-
-
-def test_kill_and_run_again(tmp_path, clips, finished):
-    """A run after one that was killed in the middle gives the same bytes."""
-    fill(tmp_path, clips)
-    script = f"from pathlib import Path; from pitchlore.flows.work import run; run(Path({str(tmp_path)!r}))"
-    process = subprocess.Popen([sys.executable, "-c", script],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 120
-    while not list((tmp_path / "situations").glob("*.receipt.json")):
-        assert process.poll() is None, "it ended before it could be killed"
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    assert not (tmp_path / "knowledge").exists()
-    assert run(tmp_path).failures == {}
-    assert products(tmp_path) == products(finished)
-
-
-def test_two_at_once(copied):
-    """Two who emit knowledge at once both get a version of their own."""
-    store = Store(copied)
-
-    def emitted(optimistic: float) -> int:
-        return emit(Store(copied), STAGES["knowledge"], KnowledgeSettings(optimistic=optimistic), scope_of(store))[0].version
-
-    with ThreadPoolExecutor(2) as pool:
-        versions = sorted(pool.map(emitted, (0.25, 0.75)))
-    assert versions == [2, 3]
-    assert store.versions("knowledge") == [1, 2, 3]
-    assert {store.manifest("knowledge", v).settings["optimistic"] for v in versions} == {0.25, 0.75}
-    for version in versions:
-        assert verify(store, (), [("knowledge", version)]).problems == []
 
 
 def test_import_twice(tmp_path, clips):

@@ -113,15 +113,3 @@ def test_forgotten(data, looked_at, spoil):
     spoil(Store(data))
     assert nothing_new(Store(data), Settings()) is not None
     assert {name for _, name in looked_at} == set(matches(data))
-
-
-def test_damage(data):
-    """A damaged output is new work, however its receipt stands."""
-    name = matches(data)[0]
-    receipt = Store(data).receipt("goals", name)
-    file = data / next(iter(receipt.files.values())).path
-    data_, before = bytearray(file.read_bytes()), file.stat().st_mtime_ns
-    data_[len(data_) // 2] ^= 1
-    file.write_bytes(data_)
-    os.utime(file, ns=(before + 10**9, before + 10**9))
-    assert nothing_new(Store(data), Settings()) is None

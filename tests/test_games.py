@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.planning import (
-    choices,
-    index_of,
-    named,
-    value_iteration,
-)
+from support.planning import choices, index_of, named
 
 from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
 from pitchlore.pipeline.stages.paradigms.games.game import Game
@@ -108,7 +103,6 @@ class TestMatrixGames:
         assert np.mean(payoff[0]) != np.mean(payoff[1])
         game = matrix_game("rounding", payoff, outcomes=True)
         assert game.success.tolist() == [[True, True]]
-        assert value_iteration(game, 0.5).best.tolist() == [[True, True]]
 
     def test_last_axes(self):
         """The last axes of a payoff are what the caller says: agents, outcomes or both."""

@@ -116,14 +116,3 @@ class TestInAMatch:
         assert not controller.playing
         assert controller.reward == 0
         assert controller.decided() == []
-
-    def test_same_commands_same_match(self):
-        logs = []
-        for _ in range(2):
-            controller = human()
-            match = MatchInPlay(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
-            for frame in range(120):
-                controller.command(DriveCommand(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
-                match.advance()
-            logs.append(match.take().frames.robots.tobytes())
-        assert logs[0] == logs[1]

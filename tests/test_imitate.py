@@ -109,13 +109,6 @@ def test_little_to_learn_from(windows):
     assert appraisals["code"].n_unique() == pairs["behaviour_id"].n_unique()
 
 
-def test_same_seed_same_policy():
-    """The same clues and settings give the same policy."""
-    table, _ = watched()
-    for one, other in zip(imitate(table), imitate(table), strict=True):
-        assert one.equals(other)
-
-
 @pytest.mark.slow
 def test_rebuilt_team(copied, call, tmp_path):
     """A team is rebuilt beside the folder's tables; it plays, and decides in each window; again, nothing is new.

@@ -2,7 +2,6 @@
 
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_sarsa import batch
@@ -30,25 +29,6 @@ def among(rows, share, rate):
 def learn(q, data, influence, **rule):
     """The values learned from a batch of pairs that were never seen."""
     return sarsa_lambda(q, np.zeros_like(q), data, PolicySettings(**rule), influence)
-
-
-def test_three_decisions():
-    """Three decisions are influenced and learned from as worked by hand."""
-    # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
-    # mate decides on pair 2 at 1 s, for which the goal is 3 s off. gamma 1, alpha 1/2, no traces.
-    data = batch([(0, 2.0, 0.0, CONTINUES), (1, 2.0, 1.0, TERMINAL), (2, 3.0, 1.0, TERMINAL)])
-    q = np.array([0.4, 0.2, 1.5])
-    swayed = among([(7, 0, 0, 0), (7, 0, 2, 1), (7, 1, 1, 2)], [1.0, 0.75, 0.25], rate=0.5)
-    # by the values at the start the errors are .2 - .4 = -.2, 1 - .2 = .8, 1 - 1.5 = -.5
-    errors = np.array([-0.2, 0.8, -0.5])
-    # row 0: nobody was at anything yet                                   IV = 0
-    # row 1: the mate was at pair 2: it protests, .5 * (-.5 * .75)         IV = -.1875
-    # row 2: robot 0 was at pair 0, not yet at 1: .5 * (-.2 * .25)         IV = -.025
-    assert swayed(errors) == pytest.approx([0.0, -0.1875, -0.025], abs=1e-15)
-    learned = learn(q, data, swayed, step_size=0.5, discount=1.0, trace_decay=0.0, sweeps=1)
-    # half of: -.2 for pair 0, .8 - .1875 for pair 1, -.5 - .025 for pair 2
-    assert learned.q == pytest.approx([0.3, 0.50625, 1.2375], abs=1e-15)
-    assert learned.first_errors == pytest.approx(errors, abs=1e-15)
 
 
 @st.composite

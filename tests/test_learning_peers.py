@@ -10,11 +10,11 @@ from pydantic import ValidationError
 from support.steps import ACTIONS, AGENTS, OBSERVATIONS, floats, ints, learn, learned, plays, values, vectors
 
 from pitchlore.pipeline.stages.paradigms.rules import rules
-from pitchlore.pipeline.stages.paradigms.rules.distributed import KEPT, Distributed
-from pitchlore.pipeline.stages.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
+from pitchlore.pipeline.stages.paradigms.rules.distributed import Distributed
+from pitchlore.pipeline.stages.paradigms.rules.fmq import FMQ
 from pitchlore.pipeline.stages.paradigms.rules.hysteretic import Hysteretic
 from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
-from pitchlore.pipeline.stages.paradigms.rules.lenient import TEMPERATURE, Lenient
+from pitchlore.pipeline.stages.paradigms.rules.lenient import Lenient
 from pitchlore.pipeline.stages.paradigms.rules.memory import Transition, memory_of
 from pitchlore.pipeline.stages.paradigms.rules.rules import rule_number
 from pitchlore.pipeline.stages.paradigms.rules.selection import ActionSelection, selection_weights
@@ -39,103 +39,6 @@ def greedy(learner, memory, agent):
     """Action of the agent at temperature 0, which must be one."""
     [done] = np.flatnonzero(chances(ActionSelection.BOLTZMANN, np.array(values(learner, memory, agent)), 0.0))
     return int(done)
-
-
-# -- three steps on paper ---------------------------------------------------------------------------------
-
-
-def test_hysteretic_by_hand():
-    """The hysteretic learner learns from three steps what was worked by hand."""
-    learner = Hysteretic(step_size=0.5, decrease=0.1, discount=0.5)
-    steps = ((0, 0), 10), ((0, 1), -30), ((0, 0), 10)
-    # 1. both: 10 + .5*0 - 0 = 10;                       q1 = [5, 0], q2 = [5, 0]
-    # 2. first: -30 + .5*5 - 5 = -32.5, of which .1/.5 = .2 counts: q1[0] = 5 - .5*6.5 = 1.75
-    #    second: -30 + .5*5 - 0 = -27.5, so -5.5:         q2[1] = -2.75
-    # 3. first: 10 + .5*1.75 - 1.75 = 9.125;              q1[0] = 1.75 + 4.5625 = 6.3125
-    #    second: 10 + .5*5 - 5 = 7.5;                     q2[0] = 5 + 3.75 = 8.75
-    memory = played(learner, *steps)
-    np.testing.assert_allclose(memory.q[:, 0], [[6.3125, 0, 0], [8.75, -2.75, 0]], rtol=0, atol=1e-12)
-    assert values(learner, memory, 1) == memory.q[1, 0].tolist()
-
-
-def test_fmq_by_hand():
-    """FMQ with three agents learns from three steps what was worked by hand."""
-    learner = FMQ(step_size=0.5, weight=2.0)
-    steps = ((0, 0, 1), 8), ((0, 1, 1), -4), ((0, 1, 0), -4)
-    # q (discount 0, so the error is r - q), then the greatest reward, how often it came, how often taken:
-    # 1. all: 4;  first (0): 8 1/1, second (0): 8 1/1, third (1): 8 1/1
-    # 2. first q[0] = 4 + .5*(-4 - 4) = 0, 8 1/2; second q[1] = -2, -4 1/1; third q[1] = 0, 8 1/2
-    # 3. first q[0] = 0 + .5*(-4 - 0) = -2, 8 1/3; second q[1] = -2 + .5*(-4 + 2) = -3, -4 2/2;
-    #    third q[0] = -2, -4 1/1
-    memory = played(learner, *steps, agents=3)
-    assert memory.q[:, 0].tolist() == [[-2, 0, 0], [4, -3, 0], [-2, 0, 0]]
-    assert memory.aux[0, 0, 0].tolist() == [8, 1, 3]
-    assert memory.aux[1, 0, 1, [GREATEST, HITS, TAKEN]].tolist() == [-4, 2, 2]
-    # EV = q + 2 * hits/taken * greatest, of what was never taken q:
-    # the first -2 + 2*8/3; the second 4 + 2*8 and -3 - 2*4; the third -2 - 2*4 and 0 + 2*8/2
-    expected = [[-2 + 16 / 3, 0, 0], [20, -11, 0], [-10, 8, 0]]
-    np.testing.assert_allclose(
-        [values(learner, memory, i) for i in range(3)], expected, rtol=0, atol=1e-12
-    )
-
-
-def test_lenient_by_hand():
-    """The lenient learner learns from three steps what was worked by hand."""
-    # leniency ln 2: at temperature 2, 1, .5 an error below 0 is forgiven with probability
-    # 1 - 2**-2 = .75, 1 - 2**-1 = .5, 1 - 2**-.5 = .29
-    learner = Lenient(step_size=0.5, leniency=math.log(2), temperature=2.0, cooling=0.5)
-    steps = ((0, 0), -8, [0.7, 0.8]), ((0, 1), -8, [0.6, 0.7]), ((0, 0), -2, [0.0, 0.0])
-    # 1. errors -8: first .7 < .75, forgiven; second .8 > .75, q2[0] = -4; both cool action 0 to 1
-    # 2. first .6 > .5, q1[0] = -4, cools to .5; second's action 1 is still at 2: .7 < .75, forgiven, to 1
-    # 3. errors -2 + 4 = 2 are not below 0, whatever the coin: q[0] = -4 + 1 = -3; they cool to .25 and .5
-    memory = played(learner, *steps)
-    assert memory.q[:, 0].tolist() == [[-3, 0, 0], [-3, 0, 0]]
-    assert memory.aux[:, 0, :, TEMPERATURE].tolist() == [[0.25, 2, 2], [0.5, 1, 2]]
-    memory = played(learner, *steps[:2])
-    assert memory.q[:, 0].tolist() == [[-4, 0, 0], [-4, 0, 0]]
-
-
-def test_distributed_by_hand():
-    """The distributed learner learns in the penalty game what was worked by hand."""
-    learner = Distributed()
-    steps = ((2, 2), 10), ((0, 0), 10), ((0, 2), -100)
-    # 1. q[2] = 10 is the greatest: both keep to 2. 2. q[0] = 10 ties: both still keep to 2, or one of
-    # them might do 0 and the other 2. 3. -100 is below both 10s: nothing changes
-    memory = played(learner, *steps)
-    assert memory.q[:, 0].tolist() == [[10, 0, 10], [10, 0, 10]]
-    assert memory.aux[:, 0, :, KEPT].tolist() == [[0, 0, 1], [0, 0, 1]]
-    assert [greedy(learner, memory, i) for i in range(2)] == [2, 2]
-
-
-def test_wolf_phc_by_hand():
-    """WoLF-PHC learns from three steps what was worked by hand."""
-    learner = WoLFPHC(step_size=0.5, winning=0.06, losing=0.24)
-    steps = ((0, 1), 6), ((1, 1), 30), ((1, 1), -12)
-    # the first agent; policy and mean start at 1/3 each
-    # 1. q = [3, 0, 0]. Mean: 1/3. The policy brings no more than its mean: losing, step .24.
-    #    Actions 1 and 2 give min(1/3, .12) each:          policy = [1/3 + .24, 1/3 - .12, 1/3 - .12]
-    # 2. q = [3, 15, 0]. Mean: half way, 1/3 + [.12, -.06, -.06]. Policy - mean = [.12, -.06, -.06]
-    #    brings .36 - .9 < 0: losing. 0 and 2 give .12:    policy = [1/3 + .12, 1/3 + .12, 1/3 - .24]
-    # 3. q[1] = 15 - 13.5 = 1.5. Mean moves a third of policy - mean = [0, .18, -.18]:
-    #    1/3 + [.12, 0, -.12]. Policy - mean = [0, .12, -.12] brings .18 > 0: winning, step .06.
-    #    1 gives .03, and 2, which has 1/3 - .24 = .0933, too: policy = [1/3 + .18, 1/3 + .09, 1/3 - .27]
-    memory = played(learner, *steps)
-    assert memory.q[0, 0].tolist() == [3, 1.5, 0]
-    third = 1 / 3
-    np.testing.assert_allclose(
-        memory.aux[0, 0, :, POLICY], [third + 0.18, third + 0.09, third - 0.27], rtol=0, atol=1e-12
-    )
-    np.testing.assert_allclose(
-        memory.aux[0, 0, :, MEAN], [third + 0.12, third, third - 0.12], rtol=0, atol=1e-12
-    )
-    # the second: q = [0, 3, 0], [0, 16.5, 0], [0, 2.25, 0]: 1 stays the best. Losing at first
-    # (equal to the mean), then winning: from 1/3 + .24 by .06 to 1/3 + .30 and 1/3 + .36
-    np.testing.assert_allclose(
-        values(learner, memory, 1), [third - 0.18, third + 0.36, third - 0.18], rtol=0, atol=1e-12
-    )
-
-
-# -- what holds for whatever was played -------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("learner", [Hysteretic(), FMQ(), Lenient()], ids=lambda learner: learner.rule)

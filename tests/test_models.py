@@ -273,10 +273,6 @@ class TestChoose:
         assert first == ("b", "c", "d")
         assert self.choose(store, ["a", "b", "c", "d", "e"]) == first
 
-    def test_forgotten_match(self, store):
-        """If a match is gone that the models were fitted to, all that are there are chosen anew."""
-        self.choose(store, ["a", "b", "c"])
-        assert self.choose(store, ["b", "c", "d", "e"]) == ("b", "c", "d", "e")
 
     def test_corrupt_receipt(self, store):
         """A receipt that cannot be read does not stand."""

@@ -19,7 +19,7 @@ from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.pipeline.matches.frame import OPTION_DTYPE, MatchLog
 from pitchlore.pipeline.settings import OptionSettings, TrajectorySettings
 from pitchlore.pipeline.stages.options.habits import by_habits
-from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes, shipped_ratios
+from pitchlore.pipeline.stages.options.likelihood import shipped_ratios
 from pitchlore.pipeline.stages.options.recover import logged_options, options
 from pitchlore.pipeline.stages.options.windows import bodies, starts
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
@@ -126,11 +126,6 @@ def test_other_leagues(table, kind):
 def test_options_that_there_are():
     """All codes that robots can do but moves randomly."""
     assert (*OPTIONS, MOVES_RANDOMLY) == CODES
-
-
-def test_shipped_file():
-    """The same trees give the same bytes."""
-    assert ratios_to_bytes(shipped_ratios()) == ratios_to_bytes(shipped_ratios()._replace())
 
 
 def test_habits_are_learned():

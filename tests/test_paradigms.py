@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from support import literal_learning as literal
-from support.grid import state_of
 from support.points import point, table
 from support.training import learn
 
@@ -17,7 +16,6 @@ from pitchlore.pipeline.stages.paradigms import curves, runner
 from pitchlore.pipeline.stages.paradigms.curves import Curve, Exploration
 from pitchlore.pipeline.stages.paradigms.experiments import BESIDE, OTHER_GAMES, Design, sweeps
 from pitchlore.pipeline.stages.paradigms.games import matrix
-from pitchlore.pipeline.stages.paradigms.games.grid import grid_world
 from pitchlore.pipeline.stages.paradigms.readings import informative
 from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
 from pitchlore.pipeline.stages.paradigms.rules.ivq import IVQ
@@ -37,17 +35,6 @@ def quick_training(ticks=400, **rest):
 def same(one: Runs, other: Runs):
     for a, b in zip(one, other, strict=True):
         np.testing.assert_array_equal(a, b)
-
-
-def test_broken_off_episode():
-    """An episode that is broken off has not ended."""
-    # every step of the grid is an episode, broken off: what follows is still counted
-    discounting = IQ(initial=1.0, discount=0.5, step_size=1.0)
-    training = quick_training(ticks=3, tick="episode", episode_steps=1)
-    memory = learn(grid_world(0.0), discounting, training, run=0, seeds=SEEDS)
-    start = state_of((5, 1), (5, 5))
-    assert set(memory.q[:, start].ravel()) == {1.0, 0.5}  # 0 + .5*1 where something was done
-    assert (np.delete(memory.q, start, axis=1) == 1.0).all()
 
 
 # -- seeded run by run ------------------------------------------------------------------------------------

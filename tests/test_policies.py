@@ -257,16 +257,6 @@ def test_evidence():
     assert third["visits"].to_list() == [0, 9]
 
 
-def test_average_steps():
-    """An averaged value is the mean of what it started from and of what came of it."""
-    known = occasions(("striker", 7, KICK), value=0.5)
-    match = decisions(("striker", 7, KICK, 1.0, "terminal", 0), ("striker", 7, KICK, -1.0, "terminal", 1))
-    rule = PLAIN.model_copy(update={
-        "steps": "average", "step_size": 0.001, "start_evidence": 2.0, "new_pairs": "outcome"})
-    table, _ = train([match], known, None, rule, 1, 1)
-    assert table["q"].to_list() == pytest.approx([(2 * 0.5 + 1 - 1) / 4])
-
-
 @pytest.mark.parametrize(("rule", "starts"), [
     ({}, (0.5, 0.5)), ({"new_pairs": "outcome"}, (-0.25, 0.5)),
     ({"parent": False}, (0.75, 0.75)), ({"parent": False, "new_pairs": "outcome"}, (-0.25, -0.25)),

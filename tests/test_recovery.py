@@ -7,7 +7,6 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-from pitchlore.pipeline.base.errors import DamagedLog
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import take_in
@@ -19,7 +18,6 @@ from pitchlore.pipeline.settings import (
     KnowledgeSettings,
     RoundSettings,
     Settings,
-    SituationSettings,
     TrajectorySettings,
 )
 from pitchlore.pipeline.store import Store
@@ -184,29 +182,6 @@ def test_unreadable_match(data):
     assert ask(catalog_path(store), "select distinct version from behaviours")["version"].to_list() == [2]
 
 
-def test_removed_match(data):
-    """A match that is removed has no rows."""
-    store = Store(data)
-    name = next(iter(store.receipts("matches"))).name
-    assert store.forget("matches", name)
-    assert not store.forget("matches", name)
-    assert run(data).failures == {}
-    for table in ("matches", "trajectories", "situations", "decisions"):
-        rows = ask(catalog_path(store), f"select count(*) from {table} where match_id = ?", [name])
-        assert rows.item() == 0
-    assert matches_known(data) == 1
-
-
-def test_pruning(data):
-    """Pruning removes the files that no receipt names, and no rows."""
-    store = Store(data)
-    assert store.prune("situations") == []
-    run(data, settings=Settings(situations=SituationSettings(fire_at=0.55)))
-    before = ask(catalog_path(store), "select count(*) from situations").item()
-    assert len(store.prune("situations")) == 2
-    assert ask(catalog_path(store), "select count(*) from situations").item() == before
-
-
 def test_single_stages(data):
     """Every noun can be made by itself: what is missing."""
     store = Store(data)
@@ -239,17 +214,6 @@ def test_other_state_key(data):
     assert (report.failures, report.policy) == ({}, 2)
     (roles,) = Store(data).manifest("policies", 2).details["tables"].values()
     assert all(counts["new_pairs"] == counts["pairs"] for counts in roles.values())
-
-
-def test_unreadable_log(tmp_path):
-    """An unreadable log of ours is quarantined with one line."""
-    file = tmp_path / "cut.mcap"
-    file.write_bytes(b"\x89MCAP0\r\n" + b"\x01" * 30)
-    store = Store(tmp_path / "data")
-    with pytest.raises(DamagedLog) as caught:
-        take_in(store, Recording(file=file))
-    assert "\n" not in str(caught.value)
-    assert len(store.quarantined()) == 1
 
 
 def flaws(store: Store) -> dict[str, dict[str, int]]:

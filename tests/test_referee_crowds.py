@@ -11,7 +11,6 @@ from support.refereed import ASIDE, EPS, LAWS, RESTARTS, VSSS, calls, first, in_
 
 from pitchlore.pipeline.arena.physics.laws import (
     FOUL,
-    FREE_BALL,
     GOAL,
     GOAL_KICK,
     HALF,
@@ -81,23 +80,6 @@ def test_stalemate(end, attacker, defender, due):
     assert state["due"] == due
     attackers = HOME if end > 0 else AWAY
     assert state["team"] == (attackers if due == PENALTY else 1 - attackers)
-
-
-@pytest.mark.parametrize("off", ["penalty", "goal_kick"])
-def test_switched_off_fouls(off):
-    """A stalemate whose foul is switched off is a free ball."""
-    laws = Laws.of(VSSS, RefereeSettings(**{off: False}), 60.0)
-    for distance, would in ((NEAR, "goal_kick"), (FAR, "penalty")):
-        state, at = in_play(laws=laws), [(0.65, 0.1 + distance), ASIDE, ASIDE]
-        assert first(scene((0.65, 0.1), 0.0, at, at), state, laws) == (301, FOUL)
-        assert (state["due"] == FREE_BALL) == (would == off)
-
-
-def test_goal_mouth():
-    """A ball at rest in the goal mouth is still in the goal area."""
-    state = in_play()
-    assert first(scene(ball=(0.76, 0.0), speed=0.0), state) == (301, FOUL)
-    assert state["due"] == PENALTY
 
 
 # ---- crowds that are remembered: a table of scenes

@@ -62,7 +62,7 @@ LEARNERS = {
     "IVQ present not counted": (IVQ(present=False, discount=0.5), ActionSelection.BOLTZMANN),
     "IVQ by recency, own": (IVQ(recency=0.1, present=False, observes="own"), ActionSelection.BOLTZMANN),
     "FMQ": (FMQ(weight=2.0), ActionSelection.BOLTZMANN),
-    "lenient": (Lenient(cooling=0.97, discount=0.9), ActionSelection.BOLTZMANN),
+    "lenient": (Lenient(cooling=0.9, discount=0.9), ActionSelection.BOLTZMANN),
     "distributed, greedy at times": (Distributed(step_size=0.5), ActionSelection.EPSILON_GREEDY),
     "WoLF-PHC": (WoLFPHC(winning=0.01, losing=0.04, discount=0.5), ActionSelection.MIXED),
 }

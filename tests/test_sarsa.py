@@ -104,22 +104,6 @@ rules = st.fixed_dictionaries({
 })
 
 
-def test_by_hand():
-    """Three decisions give the values worked out by hand."""
-    # gamma a second .5, so decisions of 1, 2, 1 s discount by .5, .25, .5; a goal ends the episode
-    rows = [(0, 1, 0, CONTINUES), (1, 2, 0, CONTINUES), (2, 1, 1, TERMINAL)]
-    learned = learn(
-        np.array([0.0, 0.4, 0.8]), batch(rows), step_size=0.5, discount=0.5, trace_decay=0.8
-    )
-    # t=0: delta = .5 * .4 - 0 = .2;      Q0 = 0 + .5*.2*1 = .1;           e0 = .5*.8 = .4
-    # t=1: delta = .25 * .8 - .4 = -.2;   Q0 = .1 - .5*.2*.4 = .06, Q1 = .4 - .5*.2 = .3
-    #                                     e0 = .4*.25*.8 = .08, e1 = .25*.8 = .2
-    # t=2: delta = .5*1 - .8 = -.3;       Q0 = .06 - .5*.3*.08 = .048, Q1 = .3 - .5*.3*.2 = .27,
-    #                                     Q2 = .8 - .5*.3 = .65
-    assert learned.first_errors == pytest.approx([0.2, -0.2, -0.3], abs=1e-15)
-    assert learned.q == pytest.approx([0.048, 0.27, 0.65], abs=1e-15)
-
-
 @settings(max_examples=150)
 @given(values, decisions(), rules)
 def test_textbook(q, rows, rule):

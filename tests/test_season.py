@@ -103,14 +103,6 @@ def test_knowledge(played):
     assert learned.height == known.height
 
 
-def test_same_season(played, tmp_path):
-    """A season played again gives the same tables."""
-    play(tmp_path, season(), (1, 2))
-    for table in ("games", "growth"):
-        again = rows(tmp_path, table=table)
-        assert again.equals(rows(played, table=table).filter(pl.col("game") <= 2))
-
-
 @pytest.mark.parametrize("stop_before", ["_commit", "knowledge", "policies"])
 def test_stopped_game(played, tmp_path, monkeypatch, stop_before):
     """A game that was stopped anywhere is gone on with, to the same tables."""

@@ -1,14 +1,9 @@
-"""Seasons through Prefect and the command line: several at once, failures on their own, killed and gone on with."""
+"""Seasons through Prefect and the command line: several at once, and failures on their own."""
 
-import signal
-import subprocess
-import time
 from threading import Barrier
 
 import pytest
-from support.processes import pitchlore
 
-from pitchlore.flows.cli import main
 from pitchlore.pipeline.base.errors import StorageFailed
 from pitchlore.pipeline.engine import season as loop
 from pitchlore.pipeline.engine.season import play_seasons
@@ -86,32 +81,3 @@ def test_failed_season(tmp_path, monkeypatch):
     # of the season that has most games left is played next
     assert report.made == [f"short-static-{seed} game {game}" for seed, game in (
         (4, 1), (1, 1), (2, 1), (4, 2), (2, 2), (4, 3), (2, 3), (4, 4))]
-
-
-def test_killed_season(together, tmp_path):
-    """A season that was killed during a game goes on to the same tables as one that was not."""
-    (tmp_path / "short.toml").write_text(SHORTER)
-    data, own = tmp_path / "data", season(1, SHORTER)
-    words = ["season", "--settings", str(tmp_path / "short.toml"), "--data", str(data)]
-    process = subprocess.Popen(
-        pitchlore(*words), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )
-    deadline = time.monotonic() + 120
-    folder = data / "seasons" / own.id
-
-    def second_game():
-        begun = [*folder.glob("matches/*.receipt.json"), *folder.glob("playing/*")]
-        return Store(data).receipt("seasons", own.id) is not None and len(begun) == 2
-
-    while not second_game():
-        assert process.poll() is None, "it ended before it could be killed"
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    assert Store(data).receipt("seasons", own.id).details["games"] < 2
-    with pytest.raises(SystemExit, match="0"):
-        main(words)
-    ended, wanted = (Store(root).receipt("seasons", own.id) for root in (data, together))
-    assert ended.model_dump_json(indent=1) == wanted.model_dump_json(indent=1)  # with the SHA-256 of all tables
-    assert Store(data).intact(ended)

@@ -35,13 +35,6 @@ temperatures = st.one_of(st.floats(0, 1e300), st.sampled_from([0.0, 5e-324, 1e-3
 unit = st.floats(0, 1, exclude_max=True)
 
 
-def test_boltzmann_by_hand():
-    # at temperature 2: exp(v/2) = 1, 2, 8, so in the proportion 1 : 2 : 8
-    values = [0.0, 2 * math.log(2), 2 * math.log(8)]
-    assert weights(ActionSelection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 8, 2 / 8, 1], abs=1e-15)
-    assert probabilities(ActionSelection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 11, 2 / 11, 8 / 11], abs=1e-15)
-
-
 @pytest.mark.parametrize(("values", "temperature", "expected"), [
     ([1, 3, 3], 0.0, [0, 1, 1]),
     ([1, 3, 3], 1e-300, [0, 1, 1]),
