@@ -40,6 +40,8 @@ from pitchlore.schemas.sequences import Choices as Choices
 from pitchlore.schemas.sequences import Sequences as Sequences
 from pitchlore.schemas.sights import Sights as Sights
 from pitchlore.schemas.situations import Situations as Situations
+from pitchlore.schemas.ssl import GameEvents as GameEvents
+from pitchlore.schemas.ssl import Kicks as Kicks
 from pitchlore.schemas.table import AWAY as AWAY
 from pitchlore.schemas.table import BODIES as BODIES
 from pitchlore.schemas.table import HOME as HOME

@@ -28,7 +28,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.schemas import SIDES, Commands, Matches, Quality, Referee
+from pitchlore.schemas import SIDES, Commands, GameEvents, Kicks, Matches, Quality, Referee, Table
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.importers.football.dataset import KloppyDataset
@@ -308,6 +308,7 @@ def made(match: MatchLog, data: Content | None = None) -> Made:
     return Made(
         tables=[
             (row, Matches), (match.referee, Referee), (match.quality, Quality), (match.commands, Commands),
+            *_told(match),
         ],
         blobs={} if data is None else {"log": ("mcap", data)},
         details={
@@ -324,6 +325,13 @@ def made(match: MatchLog, data: Content | None = None) -> Made:
             **({"options": len(match.options)} if len(match.options) else {}),
         },
     )
+
+
+def _told(match: MatchLog) -> list[tuple[pl.DataFrame, type[Table]]]:
+    """Tables of what SSL's game controller and trackers tell, which the log's settings have."""
+    told = match.info.settings.get("told", {})
+    return [(schema.of([{"match_id": match.info.match_id, **row} for row in told[schema.NAME]]), schema)
+            for schema in (GameEvents, Kicks) if isinstance(told, dict) and told.get(schema.NAME)]
 
 
 def _bodies(match: MatchLog) -> dict[str, object]:

@@ -46,12 +46,14 @@ from pitchlore.schemas import (
     Commands,
     Decisions,
     Evaluations,
+    GameEvents,
     Games,
     Goals,
     Grams,
     Growth,
     Habits,
     HabitTrees,
+    Kicks,
     Matches,
     Moments,
     Neurons,
@@ -261,7 +263,7 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
 
 STAGES = Chain(
-    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=4),
+    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands, GameEvents, Kicks), version=4),
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 2, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),

@@ -19,7 +19,9 @@ from pitchlore.schemas import (
     Choices,
     Commands,
     Decisions,
+    GameEvents,
     Goals,
+    Kicks,
     Matches,
     Moments,
     Passes,
@@ -90,6 +92,8 @@ class MatchTables:
     referee = TableOf(Referee, "matches")
     quality = TableOf(Quality, "matches", "trajectories")
     commands = TableOf(Commands, "matches", optional=True)
+    game_events = TableOf(GameEvents, "matches", optional=True)
+    kicks = TableOf(Kicks, "matches", optional=True)
     sides = TableOf(Sides, "sides")
     trajectories = TableOf(Trajectories, "trajectories")
     situations = TableOf(Situations, "situations")

@@ -11,8 +11,9 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.ssl_logs import container, tracker, vision
 from pitchlore.pipeline.importers.ssl_logs.cameras import CAMERAS, Limits, Merger
-from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour
 from pitchlore.pipeline.importers.ssl_logs.container import ORDER, Container, Span, within
+from pitchlore.pipeline.importers.ssl_logs.home import HomeColour
+from pitchlore.pipeline.importers.ssl_logs.kicks import KickLog
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered, Gathering
 from pitchlore.pipeline.importers.ssl_logs.senders import Senders
 from pitchlore.pipeline.importers.ssl_logs.settings import SslMap
@@ -134,18 +135,32 @@ def seen_by_cameras(
 
 
 def seen_by_tracker(
-    source: SourceFile, mapping: SslMap, chosen: Chosen, home: HomeColour, span: Span
+    source: SourceFile, mapping: SslMap, chosen: Chosen, home: HomeColour, span: Span, kicks: KickLog
 ) -> tuple[Gathered, list[Flaw]]:
-    """Samples by one tracker of a log, and flaws of what could not be used."""
+    """Samples by one tracker of a log, and flaws of what could not be used; ``kicks`` takes up its kicks."""
     unused = np.zeros(3, np.int64)
     with Gathering(home) as gathering:
         for batch in within(Container(source.pieces()).batches(), span):
-            seen, lost = tracker.tracker_samples(batch.of(container.TRACKER), chosen.uuid, mapping.visibility)
+            seen, lost = tracker.tracker_samples(
+                batch.of(container.TRACKER), chosen.uuid, mapping.visibility, kicks)
             unused += lost
             gathering.add(seen)
             _check(gathering, source)
         joined = gathering.joined()
     return joined, _unused(Unused(*unused.tolist()), "tracker")
+
+
+def kicks_of(source: SourceFile, found: Survey, chosen: Chosen | None, span: Span) -> KickLog:
+    """Empty log of the kicks of the tracker that is read, or those of the one with the most frames."""
+    if chosen is not None:
+        return KickLog(chosen.name or chosen.uuid)
+    best = max(found.trackers, key=lambda tracker: found.trackers[tracker].frames, default=None)
+    if best is None:
+        return KickLog("")
+    kicks = KickLog(best[1] or best[0])
+    for batch in within(Container(source.pieces()).batches(), span):
+        tracker.tracker_samples(batch.of(container.TRACKER), best[0], 0.0, kicks)
+    return kicks
 
 
 def _check(gathering: Gathering, source: SourceFile) -> None:

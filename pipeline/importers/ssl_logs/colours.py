@@ -12,36 +12,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
+from pitchlore.pipeline.importers.ssl_logs.home import HomeColour
 from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.stages import BREAKS, is_running
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from pitchlore.pipeline.numbers.arrays import I64
 
 Names = tuple[str, str]
-
-
-class HomeColour(NamedTuple):
-    """Colour of the home team in the course of a match.
-
-    Attributes:
-        first: the colour with which it begins, YELLOW or BLUE.
-        switches: numbers of the packets from which on the teams have the other colour, rising.
-    """
-
-    first: int
-    switches: tuple[int, ...] = ()
-
-    def at(self, order: I64) -> int | I64:
-        """The home team's colour at packets, int64 [F]; one number if it stays the same."""
-        if not self.switches:
-            return self.first
-        return (self.first + np.searchsorted(np.array(self.switches), order, side="right")) % 2
-
-    def now(self, order: int) -> int:
-        """The home team's colour at a packet."""
-        return (self.first + sum(switch <= order for switch in self.switches)) % 2
 
 
 class FollowedTeams(NamedTuple):

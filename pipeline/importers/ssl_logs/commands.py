@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from pitchlore.pipeline.importers.rows import Event
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour
+from pitchlore.pipeline.importers.ssl_logs.home import HomeColour
 from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport, RefereeTeam
 from pitchlore.pipeline.importers.ssl_logs.stages import (
     COMMANDS,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Literal, NamedTuple
@@ -18,14 +19,16 @@ from pitchlore.pipeline.importers.ssl_logs import commands, damage
 from pitchlore.pipeline.importers.ssl_logs.bodies import (
     Chosen,
     choose_source,
+    kicks_of,
     seen_by_cameras,
     seen_by_tracker,
 )
 from pitchlore.pipeline.importers.ssl_logs.clock import times
-from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour, Names, follow
+from pitchlore.pipeline.importers.ssl_logs.colours import Names, follow
 from pitchlore.pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED, WHOLE, Span
 from pitchlore.pipeline.importers.ssl_logs.coverage import half_a_pitch
 from pitchlore.pipeline.importers.ssl_logs.division import Stretch, divide
+from pitchlore.pipeline.importers.ssl_logs.home import HomeColour
 from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered
 from pitchlore.pipeline.importers.ssl_logs.survey import Survey, survey
@@ -35,9 +38,9 @@ from pitchlore.pipeline.importers.tracking.guesses import guess_pitch
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import Lack, scoring
 from pitchlore.pipeline.importers.tracking.states import Course, referee_events
-from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
+from pitchlore.pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period, home_attacks
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
-from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.numbers.arrays import F64, I64
 from pitchlore.schemas import SIDES
 
 #: Times before this are not of a clock that knows the date, Unix time in seconds: the year 2000.
@@ -46,6 +49,8 @@ _DATED_S = 946_684_800.0
 _UNREFEREED = Lack(
     "no packets of a game controller", "record them, too: by default they come to 224.5.23.1:10003"
 )
+#: Columns of what is told that depend on where home attacks.
+_TURNED = frozenset(("x", "y", "vx", "vy", "from_x", "from_y", "stop_x", "stop_y"))
 _COLOURS = ("yellow", "blue")
 
 
@@ -71,10 +76,11 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     teams = follow(found.reported)
     first, names = _teams(teams.names, mapping.teams, source)
     home = HomeColour(first, teams.switches)
+    kicks = kicks_of(source, found, chosen, span)
     if chosen is None:
         samples, flaws = seen_by_cameras(source, found, mapping.ssl, told_pitch, home, span)
     else:
-        samples, flaws = seen_by_tracker(source, mapping.ssl, chosen, home, span)
+        samples, flaws = seen_by_tracker(source, mapping.ssl, chosen, home, span, kicks)
     if not len(samples.captured):
         raise BadRecording("has no frame that can be decoded", where=source.name, next_step="Copy it again")
     t_ns, jumps = times(samples.captured, samples.packets[:, RECEIVED])
@@ -83,7 +89,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     flaws += jumps
     if told_pitch is not None:
         flaws += half_a_pitch(frames, told_pitch)
-    at = _Times(samples.packets[:, ORDER], t_ns)
+    at = _Times(samples.packets[:, ORDER], t_ns, samples.captured)
     course = commands.command_events(teams.reported, home, lambda now: at.of(now.order), source)
     events = course.events
     periods, inferred = _periods(found.reported, home, at, events, frames, mapping.teams)
@@ -95,11 +101,14 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     damaged, reasons = damage.container_flaws(
         found, source, at.received(samples.packets[:, RECEIVED]), whole=part.of == 1,
         last=part.number == part.of)
+    told = {"game_events": _turned([row for log in found.events for row in log.rows(home, at.of)], periods),
+            "kicks": _turned(kicks.rows(home, at.clock), periods)}
     shot = {} if course.shoot_out is None else {"shoot_out": dict(zip(SIDES, course.shoot_out, strict=True))}
     info = MatchInfo(
         match_id=source.match_id, source=source.name, format="ssl-log", home=names[0], away=names[1],
         started_at=_started(samples), pitch=pitch, periods=periods,
-        settings=_settings(found, chosen, mapping, told_pitch) | {"goals": goals} | part.settings() | shot,
+        settings=_settings(found, chosen, mapping, told_pitch) | {"goals": goals} | part.settings() | shot
+        | ({"told": told} if any(told.values()) else {}),
         software=RELEASE, complete=not reasons,
         incomplete_reason="; ".join(reasons) or None,
     )
@@ -180,6 +189,13 @@ def _only(part: _Part, source: SourceFile) -> _Part:
     return part
 
 
+def _turned(rows: list[dict[str, object]], periods: Sequence[Period]) -> list[dict[str, object]]:
+    """Rows of what is told, their places and speeds in the axes of trajectories: home attacks +x."""
+    signs = home_attacks(tuple(periods), np.array([row["t_ns"] for row in rows], np.int64)).tolist()
+    return [{name: sign * value if name in _TURNED and isinstance(value, float) else value
+             for name, value in row.items()} for row, sign in zip(rows, signs, strict=True)]
+
+
 def _switches(home: HomeColour, names: tuple[str, str], at: _Times) -> list[Flaw]:
     """A flaw for each change of the teams' colours."""
     rows = []
@@ -197,15 +213,21 @@ class _Times:
     Args:
         order: int64 [F], number of the first packet of each sample.
         t_ns: int64 [F], time of each sample.
+        captured: float64 [F], when it was captured, seconds of the source's clock.
     """
 
-    def __init__(self, order: I64, t_ns: I64) -> None:
-        self._order, self._t_ns = order, t_ns
+    def __init__(self, order: I64, t_ns: I64, captured: F64) -> None:
+        self._order, self._t_ns, self._captured = order, t_ns, captured
 
     def of(self, order: int) -> int:
         """Time of a message by its number."""
         at = int(np.searchsorted(self._order, order))
         return int(self._t_ns[min(at, len(self._t_ns) - 1)])
+
+    def clock(self, order: int, captured: float) -> int:
+        """Time of a moment by the source's clock, seconds, which a message tells."""
+        at = min(int(np.searchsorted(self._order, order)), len(self._t_ns) - 1)
+        return int(self._t_ns[at]) + round((captured - float(self._captured[at])) * 1e9)
 
     def received(self, received: I64) -> damage.When:
         """Function from the time at which a packet was received to its time in the match."""

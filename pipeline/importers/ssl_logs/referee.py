@@ -10,6 +10,7 @@ import numpy as np
 
 from pitchlore.pipeline.importers.ssl_logs import fields as f
 from pitchlore.pipeline.importers.ssl_logs.container import ORDER, RECEIVED, Batch, UnusableLogError
+from pitchlore.pipeline.importers.ssl_logs.game_events import EventLog
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
 from pitchlore.pipeline.importers.ssl_logs.wire import Fields, fields, texts
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
@@ -76,6 +77,7 @@ class RefereeLog:
         self._last: dict[int, I64] = {}
         self._spans: dict[int, tuple[int, int]] = {}
         self._received: dict[int, int] = {}
+        self._events: dict[int, EventLog] = {}
 
     def add(self, batch: Batch) -> None:
         """Take up a batch of referee packets.
@@ -83,7 +85,7 @@ class RefereeLog:
         Raises:
             UnusableLogError: if they say something new too often.
         """
-        rows, damaged = _decode(batch)
+        rows, damaged, fields_of = _decode(batch)
         self.damaged += int(damaged.sum())
         sound = ~damaged
         rows, packets = rows[sound], batch.packets[sound]
@@ -95,6 +97,9 @@ class RefereeLog:
             at = packets[mine, ORDER]
             self._spans[source] = self._spans.get(source, (int(at[0]),))[0], int(at[-1])
             self._add(batch, rows[mine], packets[mine], source)
+            chosen = np.zeros(len(sound), np.bool_)
+            chosen[np.flatnonzero(sound)[mine]] = True
+            self._events.setdefault(source, EventLog()).add(batch, fields_of, chosen)
 
     def reported(self) -> list[RefereeReport]:
         """Messages of one game controller at a time, in the order of the file.
@@ -104,6 +109,10 @@ class RefereeLog:
         """
         return sorted((report for source in self._heard() for report in self._reported[source]),
                       key=lambda report: report.order)
+
+    def events(self) -> list[EventLog]:
+        """Game events of those game controllers."""
+        return [self._events[source] for source in self._heard()]
 
     def packets(self) -> int:
         """Number of sound packets of those game controllers."""
@@ -146,8 +155,8 @@ class RefereeLog:
                 (teams[0], teams[1]), quiet))
 
 
-def _decode(batch: Batch) -> tuple[I64, Bools]:
-    """The packets, int64 [M, _COLUMNS], and which are damaged, bool [M].
+def _decode(batch: Batch) -> tuple[I64, Bools, Fields]:
+    """The packets, int64 [M, _COLUMNS], which are damaged, bool [M], and all their fields.
 
     A packet without stage, command or a team is damaged: these are required.
     """
@@ -166,7 +175,7 @@ def _decode(batch: Batch) -> tuple[I64, Bools]:
     for team, number in ((YELLOW, f.REFEREE_YELLOW), (BLUE, f.REFEREE_BLUE)):
         _team(batch.data, reported.spans(number), rows, _TEAMS + team * _OF_A_TEAM, _SPANS + 2 * team)
     needed = rows[:, [_STAGE, _COMMAND, _TEAMS + _SCORE, _TEAMS + _OF_A_TEAM + _SCORE]]
-    return rows, damaged | ~((needed >= 0) & (needed <= _MOST)).all(axis=1)
+    return rows, damaged | ~((needed >= 0) & (needed <= _MOST)).all(axis=1), reported
 
 
 def _team(data: U8, spans: Fields, rows: I64, first: int, span: int) -> None:

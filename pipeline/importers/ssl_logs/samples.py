@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from pitchlore.pipeline.base.spool import Spool
 from pitchlore.pipeline.importers.rows import pack
-from pitchlore.pipeline.importers.ssl_logs.colours import HomeColour
 from pitchlore.pipeline.importers.ssl_logs.container import ORDER
+from pitchlore.pipeline.importers.ssl_logs.home import HomeColour
 from pitchlore.pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, wrap
 from pitchlore.pipeline.numbers.arrays import F64, I64
 

@@ -22,6 +22,7 @@ from pitchlore.pipeline.importers.ssl_logs.container import (
     UnusableLogError,
     within,
 )
+from pitchlore.pipeline.importers.ssl_logs.game_events import EventLog
 from pitchlore.pipeline.importers.ssl_logs.geometry import Size
 from pitchlore.pipeline.importers.ssl_logs.referee import RefereeLog, RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.senders import Senders
@@ -82,6 +83,7 @@ class Survey:
         ahead: seconds by which clocks of cameras and senders are ahead, where they are.
         trackers: frames of each tracker, by uuid and name.
         reported: the referee's messages.
+        events: game events that the referee tells.
         referee_packets: number of the referee's packets.
         unheard: number of packets of other game controllers that sent meanwhile.
         lost: vision packets that cannot be decoded.
@@ -99,6 +101,7 @@ class Survey:
     ahead: dict[tuple[float, int], float] = field(default_factory=dict)
     trackers: dict[tuple[str, str], FrameSpan] = field(default_factory=dict)
     reported: list[RefereeReport] = field(default_factory=list)
+    events: list[EventLog] = field(default_factory=list)
     referee_packets: int = 0
     unheard: int = 0
     lost: int = 0
@@ -143,6 +146,7 @@ def _read(log: Container, found: Survey, source: SourceFile, span: Span) -> None
     found.senders, found.left_out = senders.frames(), senders.left_out()
     found.ahead = lags.ahead(found.left_out)
     found.reported, found.referee_packets = referee.reported(), referee.packets()
+    found.events = referee.events()
     found.damaged, found.unheard = referee.damaged, referee.unheard()
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
 from pitchlore.pipeline.importers.ssl_logs import fields as f
-from pitchlore.pipeline.importers.ssl_logs.container import Batch
+from pitchlore.pipeline.importers.ssl_logs.container import ORDER, Batch
+from pitchlore.pipeline.importers.ssl_logs.kicks import KickLog
 from pitchlore.pipeline.importers.ssl_logs.samples import CapturedSamples
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, ROBOTS, YELLOW, Unused
 from pitchlore.pipeline.importers.ssl_logs.wire import Fields, fields, texts
@@ -43,13 +44,16 @@ def _text(data: bytes) -> str:
     return printable(data.decode(errors="replace"), NAME_CHARACTERS)
 
 
-def tracker_samples(batch: Batch, uuid: str, visibility: float) -> tuple[CapturedSamples, Unused]:
+def tracker_samples(
+    batch: Batch, uuid: str, visibility: float, kicks: KickLog | None = None
+) -> tuple[CapturedSamples, Unused]:
     """Samples of one tracker's packets.
 
     Args:
         batch: tracker packets, of any source.
         uuid: id of the source.
         visibility: bodies with this visibility or less are left out.
+        kicks: takes up the kicks that it tells.
     """
     packets, damaged = fields(batch.data, batch.start, batch.end)
     found, which = _sources(batch, packets)
@@ -68,6 +72,9 @@ def tracker_samples(batch: Batch, uuid: str, visibility: float) -> tuple[Capture
     known = np.abs(captured) < _LATEST_S
     lost = int((mine & damaged).sum()) + int((mine & there & ~damaged & ~known).sum())
     sound = np.flatnonzero(mine & there & ~damaged & known)
+    if kicks is not None:
+        kicks.add(batch.data, inside, batch.packets[:, ORDER],
+                  np.where(mine & there & ~damaged & known, captured, np.nan))
     robots, of, unused = _robots(batch.data, inside, visibility)
     used = np.isin(of, sound)
     ball = _balls(batch.data, inside, visibility, len(mine))
