@@ -305,6 +305,61 @@ def test_each_form_is_a_map(name: str) -> None:
         load_map('form = "x"')
 
 
+def wide(pattern: str, ball: str, **columns: pl.Expr) -> pl.DataFrame:
+    """The first half with a row a sample: columns by patterns of a team, a player and an axis."""
+    parts = [half().filter(pl.col("team") == "ball").select("frame", "t", pl.col("x").alias(ball.format(q="x")), pl.col("y").alias(ball.format(q="y")))]
+    for team, player in half().filter(pl.col("team") != "ball").select("team", "player").unique().sort("team", "player").iter_rows():
+        names = {q: pattern.format(team=team, n=player, q=q) for q in ("x", "y")}
+        parts.append(half().filter(pl.col("team") == team, pl.col("player") == player).select("frame", *(pl.col(q).alias(name) for q, name in names.items())))
+    table = parts[0]
+    for part in parts[1:]:
+        table = table.join(part, "frame", maintain_order="left")
+    return table.with_columns(**columns)
+
+
+def parts_of_pitch(table: pl.DataFrame, whole: float) -> pl.DataFrame:
+    """Places as parts of the VSSS pitch from its corner, y down."""
+    along = [name for name in table.columns if name.rstrip("0123456789").endswith("x")]
+    across = [name for name in table.columns if name.rstrip("0123456789").endswith("y")]
+    return table.with_columns(*((pl.col(name) / 1.5 + 0.5) * whole for name in along), *((pl.col(name) / -1.3 + 0.5) * whole for name in across))
+
+
+def sides_named(table: pl.DataFrame, home: str, away: str) -> pl.DataFrame:
+    return table.rename(lambda name: name.replace("blue", home).replace("yellow", away))
+
+
+NS = (pl.col("t") * 1e9).round().cast(pl.Int64)
+OF_FORMS = {
+    "kloppy": (parts_of_pitch(sides_named(wide("{team}_{n}_{q}", "ball_{q}"), "home", "away"), 1).with_columns(
+        timestamp=pl.format("0 days 00:0{}:{}", pl.col("t").cast(pl.Int64) // 60, (pl.col("t") % 60).round(1)),
+        period_id=1, frame_id="frame", ball_state=pl.lit("alive")).drop("frame", "t"), "home", "away"),
+    "databallpy": (sides_named(wide("{team}_{n}_{q}", "ball_{q}"), "home", "away").with_columns(
+        datetime=NS.cast(pl.Datetime("ns", "UTC")), period_id=1, ball_status=pl.lit("alive")).drop("t"), "home", "away"),
+    "laurie": (sides_named(wide("{team}_{n}_{q}", "ball_{q}"), "Home", "Away").rename({"t": "Time [s]"}).with_columns(Period=1), "Home", "Away"),
+    "kinexon": (half().select(pl.col("t").mul(1000).alias("ts in ms"), pl.col("team").replace("ball", "Ball").alias("group name"),
+                              pl.col("player").alias("number"), pl.col("x").alias("x in m"), pl.col("y").alias("y in m")), "blue", "yellow"),
+    "rsoccer": (wide("robots_{team}_{n}_{q}", "ball_{q}").drop("t").with_columns(frame=pl.col("frame") * 4), "robots_blue", "robots_yellow"),
+    "firasim": (wide("robots_{team}.{n}.{q}", "ball.{q}").drop("t").with_columns(frame=pl.col("frame") * 6), "robots_blue", "robots_yellow"),
+}
+
+
+@pytest.mark.parametrize("name", OF_FORMS)
+def test_forms(name: str) -> None:
+    """A table of each form comes in with the bodies where they are, in its own file's kind, teams by their names."""
+    table, home, away = OF_FORMS[name]
+    out = io.BytesIO()
+    table.write_parquet(out)
+    mapping = load_map(f'form = "{name}"\npitch = {{kind = "vsss"}}')
+    for log in (read(table.write_csv().encode(), "game.csv", mapping=mapping), read(out.getvalue(), "game.parquet", mapping=mapping)):
+        usual = match(half())
+        assert ({log.info.home, log.info.away}, log.info.pitch.length) == ({home.removeprefix("robots_"), away.removeprefix("robots_")}, 1.5)
+        assert log.frames.t_ns.tolist() == usual.frames.t_ns.tolist()
+        order = np.lexsort((log.frames.robots["x"], log.frames.robot_frames())), np.lexsort((usual.frames.robots["x"], usual.frames.robot_frames()))
+        for axis in ("x", "y"):
+            assert np.allclose(log.frames.robots[axis][order[0]], usual.frames.robots[axis][order[1]], atol=1e-5)
+            assert np.allclose(log.frames.ball[axis], usual.frames.ball[axis], atol=1e-5)
+
+
 def test_offered_map(call, tmp_path: Path) -> None:
     """A refusal ends with the path of a map that has what was recognised, is a map, and works once it is mended."""
     file, data = tmp_path / "derby.csv", tmp_path / "data"

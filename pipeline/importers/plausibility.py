@@ -34,14 +34,16 @@ def plausibility_checks(log: MatchLog) -> list[Flaw]:
         ))
     if len(frames) and np.isnan(frames.ball["x"]).all():
         named = log.info.format == "tracking"  # other formats know their ball without a name
-        cure = ("say in a map what it is called, [teams] ball" if named
+        cure = ("if it is there by another name, say so in a map, [teams] ball; if in columns of each row, "
+                "[bodies] ball" if named
                 else "no situation with it can be recognised")
         found.append(Flaw("ball lost", f"no ball was seen at all: {cure}", len(frames)))
     unknown = log.referee.filter(log.referee["event"] == "goal")["team"].null_count()
     if unknown:
         found.append(Flaw(
             "scorer unknown", count=unknown,
-            note="nothing is learned from these goals: say in a map who scores, [states]",
+            note="nothing is learned from these goals" + (
+                ": say in a map who scores, [states]" if log.info.format == "tracking" else ""),
         ))
     return found
 

@@ -57,7 +57,7 @@ def in_one_time(table: pl.DataFrame, name: str) -> Periods:
         name: the file's name, for messages.
 
     Raises:
-        BadRecording: if times begin anew, and nothing tells to which period a row belongs.
+        BadRecording: if times begin anew, and nothing tells to which period a row belongs; or too often.
     """
     label = next((column for column in ("period", "segment") if column in table.columns), None)
     rising = bool((table["t_ns"].diff().drop_nulls() >= 0).all())
@@ -69,7 +69,7 @@ def in_one_time(table: pl.DataFrame, name: str) -> Periods:
     sample = table[body]
     t_ns = sample["t_ns"].to_numpy()
     words = None if label is None else sample[label].cast(pl.String).fill_null("").to_numpy()
-    piece = _anew(t_ns, words, sample.select("x", "y").to_numpy())
+    piece = _anew(t_ns, words, sample.select("x", "y").to_numpy(), name)
     if piece is None:
         breaks = _changes(t_ns, words) if label == "period" else np.empty(0, np.int64)
         return Periods(table, breaks, _went_back(t_ns))
@@ -114,7 +114,7 @@ def _changes(t_ns: I64, words: npt.NDArray[np.object_] | None) -> I64:
 
 
 def _anew(
-    t_ns: I64, words: npt.NDArray[np.object_] | None, places: npt.NDArray[np.float64]
+    t_ns: I64, words: npt.NDArray[np.object_] | None, places: npt.NDArray[np.float64], name: str
 ) -> I64 | None:
     """Period of each sample of a body, from 0; None if its time does not begin anew."""
     falls = np.diff(t_ns) < 0
@@ -137,7 +137,11 @@ def _anew(
         if (renamed or before.max() - t_ns[at] >= _ANEW_NS or t_ns[at] <= begin) and not _copied(
                 (t_ns, places), begins[-1], at, until):
             begins.append(at)
-    if not 1 < len(begins) <= _MOST:
+    if len(begins) > _MOST:
+        raise BadRecording(
+            f"has time that begins anew {len(begins) - 1} times, so that it is no single match", where=name,
+            next_step="Write a file for each match or play")
+    if len(begins) == 1:
         return None
     piece = np.zeros(len(t_ns), dtype=np.int64)
     piece[begins[1:]] = 1

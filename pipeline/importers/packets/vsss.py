@@ -153,7 +153,9 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         teams = teams.model_copy(update={"home": "blue", "away": "yellow"})
     sized = PitchMap.model_validate(pitch | mapping.pitch.model_dump(exclude_none=True))
     flaws = [Flaw("skipped", f"{lost} packets that cannot be decoded", count=lost)] if lost else []
-    match = match_of(table, source, mapping.model_copy(update={"teams": teams, "pitch": sized}), flaws=flaws)
+    axes = mapping.axes.model_copy(update={"origin": mapping.axes.origin})  # theirs is known
+    told = mapping.model_copy(update={"teams": teams, "pitch": sized, "axes": axes})
+    match = match_of(table, source, told, flaws=flaws)
     own = {"format": "vsss-packets", "started_at": started}
     return replace(match, info=match.info.model_copy(update=own))
 

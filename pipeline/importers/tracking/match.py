@@ -24,7 +24,7 @@ from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
 from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
 from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitch
 from pitchlore.pipeline.importers.tracking.mapping import TeamNames, TrackingMap
-from pitchlore.pipeline.importers.tracking.scoring import scoring
+from pitchlore.pipeline.importers.tracking.scoring import LACKS, OF_A_TABLE, scoring
 from pitchlore.pipeline.importers.tracking.states import Course, half_times, referee_events, words_of
 from pitchlore.pipeline.matches.frame import OPTION_DTYPE, Frames, MatchInfo, MatchLog, no_options, wrap
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
@@ -117,7 +117,8 @@ def match_of(
         frames, [*half_times(course, said), *breaks.tolist()],
         None if first is None else (1 if first == "right" else -1), attacks,
     )
-    reported = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
+    lack = LACKS.get(source.format or "", OF_A_TABLE)
+    reported = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals, lack)
     events, unknown = referee_events(
         course, said, CENTRE * pitch.length, source, reported.found, by_ball=reported.origin == "ball"
     )

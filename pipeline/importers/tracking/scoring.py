@@ -38,6 +38,11 @@ OF_A_TABLE = Lack(
     "no score, no game_state that tells goals",
     "add columns score_home and score_away, or say in a map which states are goals, [states]",
 )
+#: The same of tables that others make, by the format of their source: their users can add no columns.
+LACKS = {
+    "kloppy": Lack("the provider tells no goals", "import one whose ball is seen at its goals"),
+    "packets": Lack("nobody told a score", "record the referee's, too: watch --at referee=ADDRESS:PORT"),
+}
 
 
 class Scoring(NamedTuple):
