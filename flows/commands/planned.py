@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import polars as pl
 
@@ -10,18 +11,27 @@ from pitchlore.flows.commands.printing import console, print_frame, print_json
 from pitchlore.pipeline.engine.planning import RunPlan, StagePlan, run_plan
 from pitchlore.pipeline.settings import RunSettings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.buckets import check_local
+from pitchlore.pipeline.views.planned import plan_page
 
 #: Outputs that are named for each reason; the others are counted.
 _NAMED = 3
+#: End of each plan.
+_SAME = "Nothing was changed."
 
 
-def print_plan(store: Store, settings: RunSettings, *, train: bool, json: bool) -> None:
-    """Print the work that a run would do, for people or as JSON.
+def print_plan(
+    store: Store, settings: RunSettings, *, train: bool, json: bool, page: Path | None = None
+) -> None:
+    """Print the work that a run would do, for people or as JSON; with a page, also write that.
 
     Raises:
         StorageFailed: if the data folder's bucket cannot be reached.
     """
     found = run_plan(store, settings, settings.imports, train=train)
+    if page is not None:
+        check_local(page)
+        store.write_bytes(page, plan_page(found, store.where).encode())
     if json:
         print_json(found.model_dump(mode="json"))
         return
@@ -32,13 +42,14 @@ def print_plan(store: Store, settings: RunSettings, *, train: bool, json: bool) 
     for note in found.notes:
         out.print(note, soft_wrap=True, highlight=False)
     out.print(_cost(found), soft_wrap=True, highlight=False)
+    if page is not None:
+        out.print(f"{page}: open it in a browser", soft_wrap=True, highlight=False)
 
 
 def _row(stage: StagePlan) -> dict[str, object]:
-    sure = sum(one.sure for one in stage.todo)
     return {
         "stage": stage.noun, "made from": ", ".join(stage.inputs) or "recordings", "fresh": stage.fresh,
-        "to make": sure, "perhaps": len(stage.todo) - sure,
+        "to make": stage.count(sure=True), "perhaps": stage.count(sure=False),
         "each, s": None if stage.each_s is None else round(stage.each_s, 3),
         "s": round(stage.work_s(sure=True), 2), "perhaps, s": round(stage.work_s(sure=False), 2),
     }
@@ -59,18 +70,19 @@ def _reasons(stages: Iterable[StagePlan]) -> dict[str, list[str]]:
 
 def _cost(found: RunPlan) -> str:
     """The line on the cost of a plan."""
-    outputs = [one.sure for stage in found.stages for one in stage.todo]
-    if not outputs:
-        return "Nothing to make: every receipt holds. Nothing was changed."
+    outputs, others = found.counts
+    if not outputs + others:
+        but = ", but for what was refused" if any(stage.todo for stage in found.stages) else ""
+        return f"Nothing to make: every receipt holds{but}. {_SAME}"
     sure, perhaps = found.work_s
-    line = f"To make: {_outputs(sum(outputs))}, {sure:.1f} s of work"
-    if not all(outputs):
-        line += (f"; perhaps {_outputs(outputs.count(False))} more, {perhaps:.1f} s, "
+    line = f"To make: {_outputs(outputs)}, {sure:.1f} s of work"
+    if others:
+        line += (f"; perhaps {_outputs(others)} more, {perhaps:.1f} s, "
                  "if what they are made from comes out with other bytes")
-    line += f". The cost is by {found.runs} runs in the log"
+    line += f". The cost is by {found.runs} run{'' if found.runs == 1 else 's'} in the log"
     if found.unpriced:
         line += f", which do not tell that of {', '.join(found.unpriced)}"
-    return f"{line}. Nothing was changed."
+    return f"{line}. {_SAME}"
 
 
 def _outputs(count: int) -> str:

@@ -19,6 +19,7 @@ from pitchlore.flows.commands.printing import (
     print_training,
     spelt,
 )
+from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import catalog_path
 from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
 from pitchlore.pipeline.engine.placement.places import place_of
@@ -43,6 +44,7 @@ def run(
     isolate: Flag = False,
     flow: Flag = False,
     plan: Flag = False,
+    page: Path | None = None,
     on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -58,16 +60,20 @@ def run(
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         flow: Run as a Prefect flow. Without a server the data folder's is started, and ends with the run.
         plan: Change nothing: print which outputs would be made, why, and what they would cost by the log.
+        page: With --plan: also write a web page with the graph of stages to this file.
         on: Where work is done.
         json: Print the report as JSON, or the plan.
         common: Options of every command.
     """
     chosen = _restricted(common.settings(settings), kind, team)
+    if page is not None and not plan:
+        raise BadSettings("a page is of a plan", where="--page", next_step="Say --plan, too")
     if plan:
         from pitchlore.flows.commands.planned import print_plan  # noqa: PLC0415 (it loads the importers)
 
         store = common.store  # a bucket may have an inbox and nothing else yet
-        print_plan(store if store.mirror is not None else common.existing, chosen, train=train, json=json)
+        print_plan(store if store.mirror is not None else common.existing, chosen, train=train, json=json,
+                   page=page)
         return
     store = common.store
     limits = chosen.imports.isolated() if isolate else chosen.imports

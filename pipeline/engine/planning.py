@@ -79,7 +79,11 @@ class StagePlan(Frozen):
 
     def work_s(self, *, sure: bool) -> float:
         """Cost of the outputs that are made in any case, or else of the others, in seconds."""
-        return (self.each_s or 0.0) * sum(one.sure is sure for one in self.todo)
+        return (self.each_s or 0.0) * self.count(sure=sure)
+
+    def count(self, *, sure: bool) -> int:
+        """Number of outputs that are made in any case, or else of the others; none that was refused."""
+        return sum(one.sure is sure and one.why != "refused" for one in self.todo)
 
 
 class RunPlan(Frozen):
@@ -99,6 +103,12 @@ class RunPlan(Frozen):
     def work_s(self) -> tuple[float, float]:
         """Cost of what is made in any case, and of what else may be made, in seconds, piece by piece."""
         sure, perhaps = (sum(stage.work_s(sure=each) for stage in self.stages) for each in (True, False))
+        return sure, perhaps
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Number of outputs that are made in any case, and of those that else may be."""
+        sure, perhaps = (sum(stage.count(sure=each) for stage in self.stages) for each in (True, False))
         return sure, perhaps
 
     @property
@@ -196,6 +206,9 @@ class _Planner:
         reason = self.refused.get(("matches", name))
         if reason is not None:
             yield Todo(name=recording.label(self.store), why="refused", detail=_as_before(reason))
+        elif source.format is None and source.provider is None:
+            yield Todo(name=recording.label(self.store), why="refused",
+                       detail="is empty, or not a recording of a known format")
         elif (there := self.store.readable("matches", name)) is None:
             yield Todo(name=recording.label(self.store), why="new", detail="a recording that is no match yet")
         elif ("matches", name) not in self.damaged:
