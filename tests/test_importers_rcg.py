@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -13,12 +14,15 @@ from support.recordings import INSPER, RCSS, imported, same_frames, taken_for
 from support.recordings import read as opened
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.engine.imports import import_all
+from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.rcg import reading as rcg
 from pitchlore.pipeline.importers.readers import open_source
 from pitchlore.pipeline.importers.readers import read as read_source
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
+from pitchlore.pipeline.store import Store
 from pitchlore.schemas import AWAY, HOME, Commands
 
 PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"
@@ -524,6 +528,17 @@ def test_several_logs(logs: tuple[bytes, ...]) -> None:
         assert match.quality["flaw"].cast(pl.String).to_list() == ["several matches"]
     with pytest.raises(BadRecording, match=f"has no match number {number + 1}"):
         read_source(source.numbered(number + 1))
+
+
+def test_several_logs_are_imported(tmp_path: Path) -> None:
+    """An import makes each log a match, and counts files that were there, not matches."""
+    (tmp_path / "day.rcg").write_bytes(story_in_text() + story_in_json(19))
+    (tmp_path / "copy.rcg").write_bytes(story_in_text(("C", "D")))
+    files = [Recording(file=tmp_path / name) for name in ("day.rcg", "copy.rcg")]
+    store = Store(tmp_path / "data")
+    for made, kept in ((3, 0), (0, 2)):
+        report = import_all(store, files)
+        assert (len(report.made), report.kept, report.failed) == (made, kept, {})
 
 
 @pytest.mark.parametrize(("head", "says"), [

@@ -131,6 +131,19 @@ def test_the_capture_clock_jumps(until: int, by: float, wanted: dict[str, int]) 
     assert wanted.items() <= flaws(game).items()
 
 
+@pytest.mark.parametrize(("every", "at", "wanted"), [
+    (1, 0.0, {BACK: 1}), (1, 5e8, {BACK: 1}), (10, 0.0, {BACK: 1, AHEAD: 1}), (7, 1.0, {BACK: 1, AHEAD: 1})])
+def test_the_capture_clock_is_not_set(every: int, at: float, wanted: dict[str, int]) -> None:
+    """Frames without a capture time come when they were received, and are one row of a kind, with their count."""
+    game = match([
+        message if n % every else Message(message.received, ssl.VISION_2014, ssl.vision(n, at, balls=[ssl.Seen(0.01 * n, 0)], blue=[ssl.Seen(1, 0, 1)]))
+        for n, message in enumerate(frames(60))][1 - (every == 1):])
+    np.testing.assert_allclose(game.frames.t_ns / 1e9, np.arange(len(game.frames)) * STEP, atol=1e-6)
+    rows = game.quality.filter(pl.col("flaw").cast(pl.String).is_in([BACK, AHEAD]))
+    assert rows.group_by("flaw").len().height == len(rows) == len(wanted)
+    assert set(rows["count"]) == {60 if every == 1 else len(range(every, 60, every))}
+
+
 def test_the_receive_clock_jumps() -> None:
     """The recorder's clock decides nothing while the capture clock goes on."""
     game = match([m._replace(received=m.received - (n >= 30) * 10**12) for n, m in enumerate(WHOLE)])

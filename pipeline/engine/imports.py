@@ -55,8 +55,11 @@ def import_all(
             store.release("matches", there.name)
             kept += 1
 
+    taken_in: set[str] = set()
+
     def ended(label: str, taken: Taken) -> None:
         arrivals.note(work[label].files(), *taken)
+        taken_in.add(taken.sha256)
 
     before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     report = run_pieces(make_match, "matches", {
@@ -67,8 +70,9 @@ def import_all(
     after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
-    report.kept = kept + done - len(report.made)
     new = {*report.made}
+    sources = {receipt.inputs.get("source") for receipt in store.receipts("matches") if receipt.name in new}
+    report.kept = kept + done - len(taken_in & sources)  # a recording may have several matches
     report.notes = notes + remarks(store, (match for match in store.receipts("matches") if match.name in new))
     report.failed |= others
     return report

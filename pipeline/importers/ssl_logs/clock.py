@@ -16,6 +16,8 @@ _JUMP_S = 1.0
 _ONE_CLOCK_S = 0.02
 #: Cameras and senders whose clocks are looked at.
 _CLOCKS = 64
+#: Jumps of one kind from which on they are told together.
+_SEVERAL = 4
 #: What a step is taken for if neither clock tells, seconds.
 _STEP_S = 1 / 75
 
@@ -25,7 +27,8 @@ def times(captured: F64, received: I64) -> tuple[I64, list[Flaw]]:
 
     A step of the capture clock counts as it is, unless the receive clock makes another one, by more than
     ``_JUMP_S``. Then the receive clock's step counts, if the capture clock's cannot be: it goes back, or
-    ahead by more than that. If both jump, the capture clock's step counts if it is ahead.
+    ahead by more than that. If both jump, the capture clock's step counts if it is ahead. A capture clock
+    that stands, at 0 or elsewhere, tells nothing, and the receive clock counts throughout.
 
     Args:
         captured: float64 [F], when each sample was captured, seconds of the source's clock, in the log's
@@ -33,10 +36,16 @@ def times(captured: F64, received: I64) -> tuple[I64, list[Flaw]]:
         received: int64 [F], when its first packet was received, ns.
 
     Returns:
-        int64 [F], ns, as recorded but for the bridged jumps, the least is 0; and one flaw per jump.
+        int64 [F], ns, as recorded but for the bridged jumps, the least is 0; and one flaw per jump, or per
+        kind of jump if there are many.
     """
     if not len(captured):
         return np.empty(0, np.int64), []
+    if np.ptp(captured) == 0 < np.ptp(received):
+        note = (f"the source's clock stands at {captured[0]:g} s in all samples: times are when packets were "
+                "received")
+        t_ns = received - received.min()
+        return t_ns, [Flaw("clock jump back", note, len(t_ns), 0, int(t_ns.max()) + 1)]
     step, other = np.diff(captured), np.diff(received) / 1e9
     jumps = np.flatnonzero(~(np.abs(step - other) <= _JUMP_S))
     bridged = {}
@@ -52,15 +61,20 @@ def times(captured: F64, received: I64) -> tuple[I64, list[Flaw]]:
         shift[i + 1] = real - step[i]
     moved = (captured - captured[0]) + np.cumsum(shift)
     t_ns = np.round((moved - moved.min()) * 1e9).astype(np.int64)
-    flaws = [
-        Flaw(
-            "clock jump back" if step[i] < 0 else "clock leap ahead",
-            f"the source's clock jumps by {step[i]:+.3f} s: taken for {real:.3f} s, as packets were received",
-            start_ns=int(t_ns[i]), end_ns=int(t_ns[i + 1]) + 1,
-        )
-        for i, real in bridged.items()
-    ]
-    return t_ns, flaws
+    flaws = []
+    for kind, sign in (("clock jump back", -1), ("clock leap ahead", 1)):
+        places = [i for i in bridged if np.sign(step[i]) == sign]
+        told = [f"by {step[i]:+.3f} s: taken for {bridged[i]:.3f} s" for i in places]
+        spans = [(int(t_ns[i]), int(t_ns[i + 1]) + 1) for i in places]
+        if len(places) >= _SEVERAL:
+            told = [f"{len(places)} times, first {told[0]}"]
+            spans = [(spans[0][0], spans[-1][1])]
+        flaws += [
+            Flaw(kind, f"the source's clock jumps {jump}, as packets were received",
+                 len(places) // len(told), start, end)
+            for jump, (start, end) in zip(told, spans, strict=True)
+        ]
+    return t_ns, sorted(flaws, key=lambda flaw: flaw.start_ns or 0)
 
 
 class Lags:
