@@ -248,7 +248,7 @@ from-recordings: $(READY)  ## copies of five teams from their recordings, beside
 rebuilt: $(READY)  ## copies as stand-ins for their originals (half an hour, after from-recordings; and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/rebuilt.py
 
-imitation-gain: $(READY)  ## what an apprentice gains that starts as a copy: ten pairs of seasons (an hour, after from-recordings)
+imitation-gain: $(READY)  ## what an apprentice gains that starts as a copy: ten pairs of seasons, and a control (over an hour, after from-recordings)
 	$(BIN)/python data/studies/from_recordings/gain.py
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)

@@ -1,7 +1,7 @@
 """Imitation gain: apprentices that start as the imitation of a team, beside those that start from nothing.
 
-``make imitation-gain`` (an hour on 2 cores, after ``make from-recordings``) plays ten pairs of seasons of
-``looking-held`` against static: eight games of ten matches. Of each pair, one season starts as the copy of
+``make imitation-gain`` (over an hour on 2 cores, after ``make from-recordings``) plays ten pairs of seasons
+of ``looking-held`` against static: eight games of ten matches. Of each pair, one season starts as the copy of
 ``looking-held-static-4301`` from its 30 recordings, poses alone; the other has the same seed and starts from
 nothing. Both learn after each game from what they tried.
 
