@@ -12,7 +12,7 @@ from pitchlore.flows.commands.printing import console, print_json
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.face.match import Match
 
-Word = Literal["csv", "parquet", "kloppy", "floodlight", "foxglove", "rerun", "lerobot"]
+Word = Literal["csv", "parquet", "kloppy", "floodlight", "foxglove", "rerun", "physics", "lerobot"]
 
 
 def export(
@@ -25,8 +25,8 @@ def export(
         matches: Id of the match, or its beginning; of several, each is written. With lerobot all are in one
             dataset (default: all matches of the data folder).
         to: Format. csv and parquet are tables that `import` reads back; kloppy and floodlight get two files
-            that both read; foxglove and rerun are recordings that those viewers draw; lerobot is a dataset of
-            what each team saw and did.
+            that both read; foxglove and rerun are recordings that those viewers draw; physics are settings
+            for `record`, by how the ball rolled; lerobot is a dataset of what each team saw and did.
         output: Folder to write into (default: exports/ in the data folder); with lerobot the dataset's own
             folder, which must not exist (default: exports/lerobot).
         fps: Frames a second of a dataset, at most those of each recording (default 20, or fewer if a

@@ -161,7 +161,8 @@ class Match(MatchTables):
 
         Args:
             to: csv or parquet (tables that :func:`pitchlore.read` reads back), kloppy or floodlight (two
-                files that both read), foxglove or rerun (recordings that those viewers draw).
+                files that both read), foxglove or rerun (recordings that those viewers draw), physics
+                (settings for ``pitchlore record``: the ball's friction, fitted).
             folder: folder to write into. None: ``exports`` in the match's data folder, else the folder here.
 
         Returns:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib import import_module
 
 from pitchlore.pipeline.base.errors import NotFound, in_one_line
-from pitchlore.pipeline.views.exports import foxglove, second_spectrum, tables
+from pitchlore.pipeline.views.exports import ball_model, foxglove, second_spectrum, tables
 from pitchlore.pipeline.views.exports.content import ExportedMatch
 
 #: Files by the ending of their names after the match's id.
@@ -46,6 +46,12 @@ def _rerun(content: ExportedMatch) -> FilesByEnding:
     return {"rrd": made}
 
 
+def _physics(content: ExportedMatch) -> FilesByEnding:
+    info = content.log.info
+    model = ball_model.ball_model(content.log.frames, info.pitch, info.match_id)
+    return {"physics.toml": ball_model.physics_toml(model, info.match_id).encode()}
+
+
 _OF_PROVIDER = "Second Spectrum's two files: {}"
 FORMATS: dict[str, Format] = {
     "csv": Format("the plain tracking table", lambda content: {"csv": tables.csv(content)}),
@@ -58,5 +64,6 @@ FORMATS: dict[str, Format] = {
     "foxglove": Format(
         "MCAP with Foxglove's schemas, for its 3D and Log panels",
         lambda content: {"foxglove.mcap": foxglove.recording(content)}),
+    "physics": Format("settings for `pitchlore record --settings`: the ball as it rolls here", _physics),
     "rerun": Format("a recording for Rerun's viewer, with its views", _rerun),
 }
