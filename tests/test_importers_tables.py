@@ -127,6 +127,14 @@ def test_not_seen(value: float, of: str) -> None:
     assert "not seen" not in said(match(half()))  # a ball that is put to the centre is seen
 
 
+def test_heading_that_is_not_known() -> None:
+    """A number for "not known" among headings and velocities is left out and said; the others are radians."""
+    turned = half().with_columns(heading=pl.when(pl.col("team") == "ball").then(-999.0).otherwise((pl.col("t") * 0.7).sin()))
+    log = match(turned)
+    assert "heading is -999 in rows where it is not known: left out" in said(log)
+    assert np.isfinite(log.frames.robots["theta"]).all()
+
+
 # --- origin and unit ----------------------------------------------------------------------------------
 
 def moved(along: float, across: float, factor: tuple[float, float]) -> pl.DataFrame:
@@ -227,8 +235,9 @@ def test_times_that_count_samples() -> None:
     assert (log.frames.t_ns == match(half()).frames.t_ns).all()
     assert (np.unique(log.frames.robots["vx"]).tolist(), float(log.frames.robots["theta"][0])) == ([0.5], pytest.approx(np.pi / 2))
     coarse = half().with_columns(t=pl.format("00:{}", pl.col("t").cast(pl.Int64)))
-    with pytest.raises(BadRecording, match=r"a clock that shows 120 times for 1200 frames\. .*\[time\] hz = 10"):
+    with pytest.raises(BadRecording, match=r"one time for several frames, 1080 of 1200\. .*\[time\] hz = 10"):
         match(coarse)
+    assert goals(match(halves().with_columns(t=clock("period")))) == BOTH
 
 
 # --- words and the ball -------------------------------------------------------------------------------

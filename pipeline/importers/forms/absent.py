@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +33,6 @@ _BALL = 2
 _MOST = 4
 #: Larger numbers are none of a table: what is damaged is not looked at.
 _NUMBERS = 1e12
-#: Larger numbers are no headings in any unit.
-_TURN = 400.0
 
 
 def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
@@ -49,7 +48,7 @@ def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
     flaws: list[Flaw] = []
     moving = [column for column in ("heading", "vx", "vy", "omega") if column in table.columns]
     while len(flaws) < _MOST:
-        far = _far_off(table)
+        far = _far_off(table, ("x", "y"))
         found = _jumped_to(table) if far is None else (far, True)
         if found is None:
             break
@@ -58,10 +57,15 @@ def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
         at = one & two & (of_ball | (pl.col("side") != _BALL)) if far is None else one | two
         count = int(table.select(at.sum()).item())
         table = table.with_columns(
-            pl.when(at | ((pl.col(column) == value) if column in moving and abs(value) > _TURN else False))
-            .then(None).otherwise(pl.col(column)).alias(column) for column in ("x", "y", *moving))
+            pl.when(at).then(None).otherwise(pl.col(column)).alias(column) for column in ("x", "y", *moving))
         note = f"places of {value:g} recur exactly and are no places: taken for not seen"
         flaws.append(Flaw("assumed", note, count))
+    for column in moving:
+        far = _far_off(table, (column,))
+        if far is not None:
+            note = f"{column} is {far:g} in rows where it is not known: left out"
+            flaws.append(Flaw("assumed", note, int((table[column] == far).sum())))
+            table = table.with_columns(pl.when(pl.col(column) != far).then(pl.col(column)))
     return table, flaws
 
 
@@ -71,9 +75,9 @@ def _finite(column: pl.Series) -> F64:
     return values[np.abs(values) < _NUMBERS]
 
 
-def _far_off(table: pl.DataFrame) -> float | None:
-    """A number of x or y that recurs and is far off all others; None if there is none."""
-    for axis in ("x", "y"):
+def _far_off(table: pl.DataFrame, axes: Sequence[str]) -> float | None:
+    """A number of columns that recurs and is far off all others; None if there is none."""
+    for axis in axes:
         column = table[axis]
         some = np.unique(_finite(column.gather_every(max(1, len(column) // _LOOK))))
         if len(some) < _LEAST:

@@ -81,10 +81,12 @@ def check_fine(t_ns: pl.Series, frames: pl.Series, name: str) -> None:
     """Refuse clocks that show one time for several samples.
 
     Raises:
-        BadRecording: if there are at least twice as many frames as times.
+        BadRecording: if at least every second frame has the time of the frame before.
     """
-    times, samples = t_ns.n_unique(), frames.n_unique()
-    if samples >= 2 * times > 2:
+    steps = pl.DataFrame({"t": t_ns, "frame": frames}).unique(maintain_order=True)["t"].diff().drop_nulls()
+    same = int((steps == 0).sum())
+    if same >= len(steps) / 2 > 0:
         raise BadRecording(
-            f"has a clock that shows {times} times for {samples} frames", where=name,
-            next_step=f"Say in a map how many samples a second has: [time] hz = {round(samples / times)}")
+            f"has a clock that shows one time for several frames, {same} of {len(steps) + 1}", where=name,
+            next_step=("Say in a map how many samples a second has: [time] hz = "
+                       f"{round(len(steps) / max(1, len(steps) - same))}, if it shows seconds"))
