@@ -19,8 +19,8 @@ from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog, Period
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import I64
 
-#: The begin of a log: its version, and the array of one in JSON.
-_BEGIN = re.compile(rb"^(?:ULG([4-9])\b|JSON\b|\[)[^\n]*\n?", re.MULTILINE)
+#: The begin of a log after the end of a line, which is found fast: its version, and the array of one in JSON.
+_BEGIN = re.compile(rb"\n(?:ULG([4-9])\b[^\n]*|JSON\b[^\n]*|\[)")
 _JSON = re.compile(
     rb'(?:(?:ULG6|JSON)\s+)?\[\s*\{\s*"(?:version|type)"\s*:\s*"(?:header"|[\w.-]{1,40}"\s*\})')
 
@@ -98,13 +98,13 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 def _logs(content: bytes) -> list[tuple[int, bytes]]:
     """Version and lines of each log with a show line; all if none has one."""
-    begins = list(_BEGIN.finditer(content))
+    begins = list(_BEGIN.finditer(b"\n" + content))
     if not begins or begins[0].start():
         return []
     logs: list[tuple[int, bytes]] = []
     for i, begin in enumerate(begins):
         end = begins[i + 1].start() if i + 1 < len(begins) else len(content)
-        text = content[begin.start() if begin[0].startswith(b"[") else begin.end():end]
+        text = content[begin.start() if begin[0] == b"\n[" else begin.end() - 1:end]
         if not text.strip() and i + 1 < len(begins):
             continue  # the head of a log in JSON, whose array follows
         logs.append((int(begin[1] or 0), text))
