@@ -487,6 +487,7 @@ def test_json(version: int, layout: str) -> None:
     (lambda data: data + bytes(99), 4, "the log is cut off"),
     (lambda data: data.replace(b'"x":-1.25', b'"x":null'), 3, None),
     (lambda data: data.replace(b'"x":-1.25', b'"x":NaN'), 3, None),
+    (lambda data: data.replace(b'"x":-1.25', b'"x":' + b'{"x":' * 100_000 + b"0"), 3, None),
     (lambda data: data.replace(b'"x":-1.25', b'"x"-1.25'), 3, None),
     (lambda data: data.replace(b'"ball":{"x":-1.25', b'"bull":{"x":-1.25'), 3, None),
 ])

@@ -1,6 +1,8 @@
 """Recordings in MCAP that others wrote: our messages without our metadata, and topics that a map names."""
 
 import random
+import sys
+import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from math import cos, sin
@@ -13,7 +15,7 @@ from support.mcap_logs import rows_of, written
 from support.recordings import read
 from support.topics import Mcap, rewritten
 
-from pitchlore.pipeline.base.errors import BadRecording, BadSettings, PitchloreError
+from pitchlore.pipeline.base.errors import BadRecording, BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.importers.tracking.mapping import load_map
 from pitchlore.pipeline.matches.frame import MatchLog
 
@@ -366,6 +368,25 @@ def test_orientation_that_nobody_set() -> None:
     assert np.isnan(match.frames.robots["theta"]).all()
 
 
+def hostile(out: Mcap, t: float, t_ns: int) -> None:
+    pose_arrays(out, t, t_ns)
+    own = "team_msgs/Own"
+    out.other("/itself", "cdr", (own, "ros2msg", f"{own} own".encode()), t_ns, bytes(8))
+    out.other("/long", "cdr", (own, "ros2msg", f"{own}s[] own\n{'=' * 80}\nMSG: {own}s\n".encode()), t_ns, bytes([0, 1, 0, 0, 255, 255, 255, 255]))
+    out.other("/deep", "json", None, t_ns, b"[" * 100_000)
+
+
+def test_hostile_messages() -> None:
+    """Definitions that refer to themselves, lists that lie about their length, and nesting are left out at once."""
+    topics = "".join(f'[[topics]]\ntopic = "/{name}"\nbody = "ball"\n' for name in ("itself", "long", "deep"))
+    begun = time.perf_counter()
+    match = read(recorded(hostile), "training.mcap", load_map(FORMS["PoseArray"][1] + topics + TEAMS))
+    assert len(match.frames) == F
+    assert ("skipped", F) in flaws(match)
+    assert [note.split()[2] for note in match.quality["note"] if "cannot be read" in note] == ["/itself", "/long", "/deep"]
+    assert time.perf_counter() - begun < 20
+
+
 def silent(out: Mcap, t: float, t_ns: int) -> None:
     out.ros("/chatter", "std_msgs/String", t_ns, {"data": "hello"})
     out.other("/lidar", "ros1", ("sensor_msgs/LaserScan", "ros1msg", b"float32 x"), t_ns, b"1234")
@@ -401,3 +422,13 @@ def test_entries() -> None:
     for entry in ('topic = "/a"', 'topic = "/a"\nbody = "ball"\nteam = "blue"', 'body = "ball"'):
         with pytest.raises(BadSettings):
             load_map(f"[[topics]]\n{entry}\n")
+
+
+def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the decoders are not installed, the refusal names the extra; JSON needs none."""
+    monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
+    write, topics = FORMS["PoseArray"]
+    with pytest.raises(NotFound, match=r"mcap_ros2, which decodes /.*Install the extra pitchlore\[ros\]"):
+        read(recorded(write), "training.mcap", load_map(topics + TEAMS))
+    write, topics = FORMS["own json"]
+    assert len(read(recorded(write), "training.mcap", load_map(topics + TEAMS)).frames) == F
