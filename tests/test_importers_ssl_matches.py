@@ -83,6 +83,9 @@ SECOND = "RoboTeam 1 : 0 ER-Force, goal 10 home, end 20"
     (WON + "| 50 post HALT T0 Z0", [ZT + ", end 40"]),
     (WON + "| 50 post HALT -0 -2", [ZT + ", end 40"]),
     (WON + "| 50 post HALT E0 Z2 | 52 post HALT E0 R2 | 54 pre HALT E0 R0", [ZT + ", end 40"]),
+    (WON + "| 50 post HALT T0 Z1 | 52 post HALT T0 Z0", [ZT + ", end 40"]),  # by hand, goal by goal
+    (HALF.replace("Z2", "Z1") + "| 40 post HALT T0 Z1 | 50 post HALT T0 Z0 | 52 post HALT E0 R0",
+     ["ZJUNlict 1 : 0 TIGERs, goal 10 home, end 40"]),
     (HALF + "| 50 pre HALT -0 -0", [ZT]),  # nobody said that it is over
     (WON + "| 50 pre HALT -0 -0 @new", [ZT + ", end 40"]),  # a controller that was started anew
     # what was before the match
@@ -117,6 +120,8 @@ SECOND = "RoboTeam 1 : 0 ER-Force, goal 10 home, end 20"
     (HALF + "| 40 2nd HALT T0 Z2 | 44 2nd STOP Z2 T0 + | 48 2nd NORMAL_START Z2 T0 +", [ZT + ", half 40, #1 from 44"]),
     (("0 pre STOP T0 Z0 | 2 1st NORMAL_START T0 Z0 | 30 ht HALT T0 Z0 | 32 ht HALT Z0 T0 | 40 2nd NORMAL_START Z0 T0"
      "| 50 2nd STOP Z1 T0"), ["ZJUNlict 1 : 0 TIGERs, half 30, goal 50 home, #1 from 32"]),
+    (HALF + "| 40 ht HALT T0 Z2 | 44 ht STOP Z2 R0 | 48 2nd NORMAL_START Z2 R0",  # one of the names is typed anew
+     ["ZJUNlict 2 : 0 RoboTeam, goal 10 home, goal 20 home, half 40, #1 from 44"]),
     # and once more in overtime, before a shoot-out whose goals count by themselves
     (HALF + "| 30 ht HALT T0 Z2 | 32 ht HALT Z2 T0 | 34 2nd NORMAL_START Z2 T0 | 36 2nd STOP Z2 T2 | 40 otbreak HALT Z2 T2"
      "| 42 ot1 NORMAL_START Z2 T2 | 44 otht HALT Z2 T2 | 46 otht HALT T2 Z2 | 48 ot2 NORMAL_START T2 Z2 | 50 sobreak HALT T2 Z2"

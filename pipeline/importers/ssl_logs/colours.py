@@ -37,8 +37,9 @@ class FollowedTeams(NamedTuple):
 def follow(reported: Sequence[RefereeReport]) -> FollowedTeams:
     """The teams of a match by their names.
 
-    Names that cross are a change of colours if scores, cards or sides cross with them, or in a break of the
-    match, where the rules allow it. Before play they are a correction, and so are names that cross alone.
+    Names that cross, or one of them, are a change of colours if scores, cards or sides cross with them, or
+    in a break of the match, where the rules allow it. Before play they are a correction, and so are names
+    that cross alone.
     """
     reported = list(reported)
     stable: tuple[Names, int] | None = None  # two different names that were told last, and in which report
@@ -50,7 +51,8 @@ def follow(reported: Sequence[RefereeReport]) -> FollowedTeams:
         told = now.teams[YELLOW].name, now.teams[BLUE].name
         if not all(told) or told[0] == told[1]:
             continue
-        if stable is not None and told == stable[0][::-1] and begun:
+        crossed = stable is not None and (told[0] == stable[0][1] or told[1] == stable[0][0])
+        if stable is not None and crossed and begun:
             end = next((j for j in range(i, len(reported)) if is_running(reported[j])), len(reported))
             if _is_switch(reported[stable[1]], now, reported[end - 1]):
                 switches.append(now.order)

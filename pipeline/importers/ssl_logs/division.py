@@ -58,7 +58,7 @@ def divide(reported: Sequence[RefereeReport], parts: Sequence[LogExtent]) -> lis
             state = _Match()
         why = state.ended_by(now)
         if why is not None:
-            cuts[now.order] = why
+            cuts[state.begins(now)] = why
             state = _Match()
         state.hear(now)
         last = now.order
@@ -105,19 +105,35 @@ class _Match:
         names: names of its teams.
         furthest: its latest stage.
         before: the last that the referee said.
+        cleared: number of the message that first takes goals down after the end, and the goals before it.
     """
 
     names: frozenset[str] = frozenset()
     furthest: int = 0
     before: RefereeReport | None = None
+    cleared: tuple[int, int] | None = None
 
     def hear(self, now: RefereeReport) -> None:
         """Take up what the referee says."""
         named = _named(now)
         if len(named) >= len(self.names):
             self.names = named
+        self.cleared = self._cleared(now)
         self.furthest = max(self.furthest, now.stage)
         self.before = now
+
+    def _cleared(self, now: RefereeReport) -> tuple[int, int] | None:
+        if self.before is None or not self.before.stage == now.stage == POST_GAME:
+            return None
+        goals, had = _goals(now), _goals(self.before)
+        if goals < had and self.cleared is None:
+            return now.order, had
+        return self.cleared if goals <= had else None
+
+    def begins(self, now: RefereeReport) -> int:
+        """Number of the message with which the next match begins, if one shows that this is over."""
+        cleared = self.cleared or self._cleared(now)
+        return now.order if cleared is None or _goals(now) else cleared[0]
 
     def ended_by(self, now: RefereeReport) -> str | None:
         """Why the match is over before a message, None if it goes on.
@@ -135,7 +151,8 @@ class _Match:
         if self.before.stage == POST_GAME:
             if self.names and named - self.names:
                 return "the game controller names another team"
-            if not goals and (had > 1 or cleared or (anew and now.stage != POST_GAME)):
+            taken = self.cleared or self._cleared(now) or (0, 0)
+            if not goals and (max(had, taken[1]) > 1 or cleared or (anew and now.stage != POST_GAME)):
                 return _RESET
             return None
         fell = now.stage < self.before.stage
