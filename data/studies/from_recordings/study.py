@@ -51,6 +51,9 @@ SEASONS = (("looking-held", 4301), ("looking-all", 4303))
 TEAMS = (*(f"{name}-static-{seed}" for name, seed in SEASONS), "best-constant", "pressing", "static")
 #: Those that log the options that they execute.
 LOGS_OPTIONS = TEAMS[:3]
+#: A sixth demonstrator, a PPO of data/studies/peers: its learner, the seed of its training, its matches. It
+#: was written down before it was trained; it plays the same matches, and logs its options.
+PPO = ("ppo", 2026, 1400)
 #: Numbers of recorded matches; pairs that each team plays against static; seconds of a match; first seeds.
 #: All were written down before any match was played.
 RECORDED, PAIRS, SECONDS, FIRST_RECORDED, FIRST_PLAYED = (5, 10, 30), 25, 480.0, 4_400_000, 4_410_000
