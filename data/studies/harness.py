@@ -86,7 +86,12 @@ def seasons(settings: str, seeds: Sequence[int], data: Path, *words: object) -> 
 
 def logged(recipe: Recipe, policies: Mapping[str, PolicyTables] | None = None) -> bytes:
     """The log of a match that is played; ``policies`` are those of its learned teams, by label."""
-    match, stream = MatchInPlay(recipe, controllers_of(recipe, policies or {})), io.BytesIO()
+    return log_of(MatchInPlay(recipe, controllers_of(recipe, policies or {})))
+
+
+def log_of(match: MatchInPlay) -> bytes:
+    """The log of a match, which is played to its end."""
+    stream = io.BytesIO()
     recorder, goes_on = matches.Recorder(stream, match.info), True
     while goes_on:
         goes_on = match.advance(4096)

@@ -1,17 +1,25 @@
 """The study of teams from recordings runs: copies, controls, wheels, two tables; what was done is kept."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import harness
 import numpy as np
 import polars as pl
 import pytest
-from from_recordings import gain, rebuilt, study, wheels
+from from_recordings import executed, gain, rebuilt, study, wheels
 from options import motion, rolling
+from peers.network import load
 
+from pitchlore.pipeline import matches
+from pitchlore.pipeline.arena.env import BEHAVIOURS
+from pitchlore.pipeline.arena.match import sighted
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.game.pitch import Kind, Pitch
-from pitchlore.pipeline.settings import OptionSettings
+from pitchlore.pipeline.settings import GramSettings, OptionSettings
 from pitchlore.pipeline.stages.options.windows import Bodies
+from pitchlore.pipeline.stages.sequences.sights import sights
+from pitchlore.schemas import ROLES, Values
 
 PITCH = Pitch(kind=Kind.VSSS, length=1.5, width=1.3, goal_width=0.4)
 
@@ -32,6 +40,23 @@ def test_tables(tmp_path, monkeypatch):
     assert ahead["by"].len() == 18
     of_way = ahead.pivot("seconds", index="by", values="cm")
     assert (of_way["0.1"] < of_way["0.5"]).all()
+
+
+@pytest.mark.parametrize("away", [False, True])
+def test_the_network_logs_what_it_chose(away, tmp_path):
+    """At each of its decisions the log has what the network chooses by the poses there, and in 0.2 s the next one."""
+    path = tmp_path / "match.mcap"
+    study.recorded(study.Job("", study.PPO, 7, away, False, 20.0), path)
+    log, made = matches.read(path.read_bytes(), where=path.name), pl.read_parquet(executed.decisions_beside(path))
+    assert made["team"].unique().to_list() == ["away" if away else "home"]
+    assert made.filter(pl.col("ends").is_null()).select(pl.col("end_ns") - pl.col("t_ns")).to_series().unique().to_list() == [200_000_000]
+    seen = sights(replace(log, decisions=made), Values.empty(), GramSettings())
+    vectors = np.hstack([seen["sight"].to_numpy(), np.eye(len(ROLES))[seen["role"].to_physical()]]).astype(np.float32)
+    for row in vectors:
+        sighted.scale(row[:30], sighted.scales(MatchSettings()))
+    chosen = load(study.FOLDER / f"{study.PPO}.npz").choose(vectors)
+    code = made["behaviour_id"].str.tail(3).fill_null("194").cast(pl.Int64)
+    assert (np.array(BEHAVIOURS)[chosen] == code.to_numpy()).mean() > 0.99, "the log rounds"
 
 
 def test_gain(tmp_path, monkeypatch):

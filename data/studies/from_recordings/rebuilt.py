@@ -37,6 +37,7 @@ from scipy.stats import rankdata, spearmanr
 from scout.teams_apart import DESCRIPTIONS, MATCHES, MINUTES
 
 from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.teams import entrant
@@ -89,7 +90,8 @@ def lead(duel: Duel) -> int:
              for side in (duel.policy, duel.rival)]
     home, away = teams[::-1] if duel.away else teams
     recipe = Recipe(home=home, away=away, seed=duel.seed, referee=RefereeSettings(duration_s=duel.seconds))
-    return lead_in(recipe, controllers_of(recipe, policies), away=duel.away)
+    match = MatchInPlay(recipe, controllers_of(recipe, policies), logged=False)
+    return lead_in(match, away=duel.away)
 
 
 class Rebuilt(NamedTuple):

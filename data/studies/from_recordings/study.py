@@ -1,4 +1,4 @@
-"""A team from its recordings: copies of five demonstrators against static, beside their controls.
+"""A team from its recordings: copies of six demonstrators against static, beside their controls.
 
 ``make from-recordings`` (an hour on 2 cores, and half an hour for the seasons of two apprentices) plays
 the matches of each demonstrator against static, learns from poses alone, and writes ``goals.csv``. What was
@@ -8,7 +8,7 @@ done is kept: a study that was stopped goes on.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -18,9 +18,11 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 from from_recordings.executed import BETA, clone, decisions_beside, executed, improved
+from from_recordings.network import NetworkController
 from from_recordings.wheels import Clone, WheelController, fit, of_recordings
-from harness import ROOT, Parts, going_on, logged, of_pairs, seasons, workers
+from harness import ROOT, Parts, going_on, log_of, of_pairs, seasons, workers
 from options.dealt import NOISY
+from peers.network import load
 
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.controllers import Controller, PolicyTables, controllers_of
@@ -49,11 +51,11 @@ from pitchlore.schemas import Clues, Decisions, Policies
 #: Seasons whose apprentices are demonstrators, by settings and seed; and scripts that are.
 SEASONS = (("looking-held", 4301), ("looking-all", 4303))
 TEAMS = (*(f"{name}-static-{seed}" for name, seed in SEASONS), "best-constant", "pressing", "static")
+#: A sixth demonstrator, a PPO of data/studies/peers: learner, seed of its training, matches. It was written
+#: down before it was trained; its network lies here.
+PPO = "ppo-2026-1400"
 #: Those that log the options that they execute.
-LOGS_OPTIONS = TEAMS[:3]
-#: A sixth demonstrator, a PPO of data/studies/peers: its learner, the seed of its training, its matches. It
-#: was written down before it was trained; it plays the same matches, and logs its options.
-PPO = ("ppo", 2026, 1400)
+LOGS_OPTIONS = (*TEAMS[:3], PPO)
 #: Numbers of recorded matches; pairs that each team plays against static; seconds of a match; first seeds.
 #: All were written down before any match was played.
 RECORDED, PAIRS, SECONDS, FIRST_RECORDED, FIRST_PLAYED = (5, 10, 30), 25, 480.0, 4_400_000, 4_410_000
@@ -85,15 +87,25 @@ class Job(NamedTuple):
         return Recipe(home=home, away=away, seed=self.seed, camera=NOISY if self.noisy else CameraSettings(),
                       referee=RefereeSettings(duration_s=self.seconds))
 
+    def match(self, *, logged: bool) -> MatchInPlay:
+        """The match, before it is played."""
+        policies: dict[str, PolicyTables] = {}
+        recipe = self.recipe(policies)
+        return MatchInPlay(recipe, controllers_of(recipe, policies, self.live(recipe)), logged=logged)
+
     def live(self, recipe: Recipe) -> tuple[Controller | None, Controller | None]:
         """The controllers of home and away that are no team's of the arena."""
-        if self.team != WHEELS:
+        mine: Controller
+        if self.team == WHEELS:
+            mine = WheelController(Clone.read(Path(self.data)), recipe)
+        elif self.team == PPO:
+            mine = NetworkController(load(FOLDER / f"{PPO}.npz"), recipe, int(self.away))
+        else:
             return None, None
-        mine = WheelController(Clone.read(Path(self.data)), recipe)
         return (None, mine) if self.away else (mine, None)
 
     def _entrant(self, policies: dict[str, PolicyTables]) -> TeamSettings:
-        if self.team == WHEELS:
+        if self.team in (WHEELS, PPO):
             return TeamSettings(kind="remote")
         if self.team == EMPTIED:
             return TeamSettings(kind="learned")
@@ -104,13 +116,19 @@ class Job(NamedTuple):
         return TeamSettings(kind="learned", policy=TABLES, clock_s=OptionSettings().window_s)
 
 
-def recorded(job: Job, path: Path) -> None:
-    """Play a match, and keep its poses and its referee's words; what the team decided lies beside them."""
+def recorded(job: Job, path: Path, move: Callable[[MatchInPlay], None] = lambda _: None) -> None:
+    """Play a match, and keep its poses and its referee's words; what the team decided lies beside them.
+
+    Args:
+        job: the match; nothing is played if it is there.
+        path: where it is kept.
+        move: called before it is played; may let another simulator move the bodies.
+    """
     if path.exists() and decisions_beside(path).exists():
         return
-    policies: dict[str, PolicyTables] = {}
-    recipe = job.recipe(policies)
-    log = matches.read(logged(recipe, policies), where=recipe.match_id)
+    match = job.match(logged=True)
+    move(match)
+    log = matches.read(log_of(match), where=match.recipe.match_id)
     named = {"away" if job.away else "home": NAME, "home" if job.away else "away": "static"}
     bare = replace(log, decisions=Decisions.empty(), info=log.info.model_copy(update=named))
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -119,16 +137,15 @@ def recorded(job: Job, path: Path) -> None:
         matches.write(bare, file)
 
 
-def ahead(job: Job) -> int:
-    """Goals that the team was ahead by."""
-    policies: dict[str, PolicyTables] = {}
-    recipe = job.recipe(policies)
-    return lead_in(recipe, controllers_of(recipe, policies, job.live(recipe)), away=job.away)
+def ahead(job: Job, move: Callable[[MatchInPlay], None] = lambda _: None) -> int:
+    """Goals that the team was ahead by; ``move`` as for :func:`recorded`."""
+    match = job.match(logged=False)
+    move(match)
+    return lead_in(match, away=job.away)
 
 
-def lead_in(recipe: Recipe, controllers: tuple[Controller, Controller], *, away: bool) -> int:
+def lead_in(match: MatchInPlay, *, away: bool) -> int:
     """Goals that a side was ahead by, in a match that is played."""
-    match = MatchInPlay(recipe, controllers, logged=False)
     while match.advance(4096):
         pass
     ours, theirs = match.score[::-1] if away else match.score
@@ -162,16 +179,17 @@ class Study(NamedTuple):
         for count in sorted({self.recorded[0], self.recorded[-1]}):
             files = [path for _, path in self.recordings(team, False)[:count]]
             seen = Settings(knowledge=KnowledgeSettings(imitate=NAME))
-            yield "recognised codes, Sarsa", count, *self._run(team, f"usual-{count}", files, seen)
+            yield "recognised codes, Sarsa", count, *self.run(team, f"usual-{count}", files, seen)
             done = seen.model_copy(update={
                 "options": OptionSettings(recover=True), "grams": GramSettings(of="options")})
-            yield "behaviours of options, Sarsa", count, *self._run(team, f"done-{count}", files, done)
+            yield "behaviours of options, Sarsa", count, *self.run(team, f"done-{count}", files, done)
             # fixed on development before it was played: a role that nothing pays keeps what it usually does
             kept = done.model_copy(update={"behaviours": BehaviourSettings(usual=True)})
-            own = self._run(team, f"kept-{count}", files, kept)
+            own = self.run(team, f"kept-{count}", files, kept)
             yield "behaviours of options, usual kept, Sarsa", count, *own
         most = self.recorded[-1]
-        yield "copy, clues shuffled", most, *self._shuffled(team)
+        dealt = self.data / "learned" / f"{team}-shuffled"
+        yield "copy, clues shuffled", most, *shuffled(self._copy(team), dealt)
         if team in LOGS_OPTIONS:
             for name, beta in (("copy, options known", None), ("copy, options known, and V", BETA)):
                 yield name, most, *self._told(team, beta)
@@ -181,23 +199,15 @@ class Study(NamedTuple):
         """Data folder and word of a demonstrator's copy from so many recordings (None: all)."""
         count = self.recorded[-1] if count is None else count
         files = [path for _, path in self.recordings(team, noisy)[:count]]
-        return self._run(team, f"copy{noisy:d}-{count}", files, settings_of(Settings(), NAME))
+        return self.run(team, f"copy{noisy:d}-{count}", files, settings_of(Settings(), NAME))
 
-    def _run(self, team: str, name: str, files: Sequence[Path], settings: Settings) -> tuple[Path, str]:
+    def run(self, team: str, name: str, files: Sequence[Path], settings: Settings) -> tuple[Path, str]:
         """The newest policy of a run on recordings."""
         store = Store(self.data / "learned" / f"{team}-{name}")
         report = League(store).run(*files, settings=settings)
         if report.failures:
             raise SystemExit(str(report.failures))
         return store.root, f"learned:{report.policy}"
-
-    def _shuffled(self, team: str) -> tuple[Path, str]:
-        """A policy as that of the copy, from clues that were dealt out anew among the windows of a role."""
-        store, root = self._copy(team), self.data / "learned" / f"{team}-shuffled"
-        if not (root / "appraisals.parquet").exists():
-            known = team_habits(dealt_clues(store), Team(NAME, "vsss"), HabitSettings(), 1)
-            keep(*habitual(*known, 1), root)
-        return root, TABLES
 
     def _told(self, team: str, beta: float | None) -> tuple[Path, str]:
         """A policy as that of the copy, told what was executed; with ``beta`` improved by V."""
@@ -234,6 +244,19 @@ def dealt_clues(store: Store) -> pl.DataFrame:
     return clues.with_columns(pl.col("ratios").shuffle(seed=0).over("role"))
 
 
+def shuffled(store: Store, root: Path) -> tuple[Path, str]:
+    """A policy as that of a copy, from clues that were dealt out anew among the windows of a role.
+
+    Args:
+        store: has learned the copy.
+        root: folder of the policy; one that is there is taken.
+    """
+    if not (root / "appraisals.parquet").exists():
+        known = team_habits(dealt_clues(store), Team(NAME, "vsss"), HabitSettings(), 1)
+        keep(*habitual(*known, 1), root)
+    return root, TABLES
+
+
 def keep(pairs: pl.DataFrame, appraisals: pl.DataFrame, root: Path) -> None:
     """Keep a policy as its tables, from pairs with their values or from rows of schema Policies."""
     root.mkdir(parents=True, exist_ok=True)
@@ -253,8 +276,8 @@ def row(
     return {"demonstrator": team, "team": kind, "recordings": count, **of_pairs(found.tolist())}
 
 
-def main(study: Study, out: Path = FOLDER, teams: Sequence[str] = TEAMS) -> pl.DataFrame:
-    """Play what is missing, and write the table."""
+def main(study: Study, out: Path = FOLDER, teams: Sequence[str] = (*TEAMS, PPO)) -> pl.DataFrame:
+    """Play what is missing, and write the table; rows of demonstrators that are not played stay."""
     rows: list[dict[str, object]] = []
     with going_on(out, __file__) as parts, workers() as pool:
         rows.append(row(study, parts, pool, "any", "copy, knowledge emptied", 0, study.data, EMPTIED))
@@ -266,13 +289,20 @@ def main(study: Study, out: Path = FOLDER, teams: Sequence[str] = TEAMS) -> pl.D
             for kind, count, data, word in study.learned(team):
                 rows.append(made(kind, count, data, word))
                 print(rows[-1], flush=True)
-            table = pl.DataFrame(rows).with_columns(pl.col("difference", "low", "high").round(2))
-            table.write_csv(out / "goals.csv")
-    return table
+            write(rows, out / "goals.csv")
+    return pl.DataFrame(rows)
+
+
+def write(rows: Sequence[dict[str, object]], path: Path) -> None:
+    """Put rows into a table, in place of all that their demonstrators have there."""
+    table = pl.DataFrame(rows).with_columns(pl.col("difference", "low", "high").round(2))
+    if path.exists():
+        table = pl.concat([pl.read_csv(path).join(table, on="demonstrator", how="anti"), table])
+    table.write_csv(path)
 
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "data" / "from-recordings"
     for settings, season in SEASONS:
         seasons(settings, [season], folder)
-    main(Study(folder))
+    main(Study(folder), teams=sys.argv[2:] or (*TEAMS, PPO))

@@ -65,6 +65,11 @@ class TheirArena:
         self._ask({"wheels": (wheels / WHEEL_M).tolist()})
         return self.bodies
 
+    def move(self, match: MatchInPlay) -> None:
+        """Move the bodies of a match from here on, in place of our arena."""
+        self.bodies[:] = match.bodies
+        match._arena, match.bodies = self, self.bodies  # type: ignore[assignment]
+
     def close(self) -> None:
         """End the simulator."""
         self._server.communicate()
@@ -96,8 +101,7 @@ def difference(store: Store, word: str, seed: int, home: bool, arena: TheirArena
     recipe = Recipe(**HOW, home=sides[0], away=sides[1], seed=seed)
     match = MatchInPlay(recipe, controllers_of(recipe, policies), logged=False)
     if arena is not None:
-        arena.bodies[:] = match.bodies
-        match._arena, match.bodies = arena, arena.bodies  # type: ignore[assignment]
+        arena.move(match)
     while match.advance(1024):
         pass
     own, other = match.score if home else match.score[::-1]
