@@ -55,10 +55,10 @@ class NetworkController(Controller):
         ends = [*(at for at, _, _ in self._made[1:]), frame]
         for place, ((at, roles, chosen), end) in enumerate(zip(self._made, ends, strict=True), start=1):
             last = place == len(self._made)
-            for robot, (role, action) in enumerate(zip(roles.tolist(), chosen.tolist(), strict=True), start=1):
-                code = BEHAVIOURS[action]
+            for robot, role in enumerate(roles.tolist()):
+                code = BEHAVIOURS[chosen[robot]]
                 self._over.append(Decided(
-                    at, robot, role, 0, None if code == MOVES_RANDOMLY else f"{ROLES[role]}-{code:03d}",
+                    at, robot + 1, role, 0, None if code == MOVES_RANDOMLY else f"{ROLES[role]}-{code:03d}",
                     random=False, episode=self._episode, end=end, last=last, reward=reward if last else 0.0))
         self._made.clear()
         self._episode += 1

@@ -3,13 +3,13 @@
 ``psim.py PSIM DATA [TEAM...]``, as ``make from-recordings-psim PSIM=PYTHON`` calls it. PSIM is a Python with
 pSim 0.2.4, DATA the folder in which ``study.py`` has learned. Each demonstrator plays 30 matches against
 static in pSim, under our laws; its copy is learned from their poses. Then the team, this copy, and controls
-play static there: 20 matches of eight minutes, in pairs of one seed with sides swapped. ``psim.csv`` has goals
-a match more than static. What was done is kept: a study that was stopped goes on.
+play static there: 20 matches of eight minutes, in pairs of one seed with sides swapped. ``psim.csv`` has
+goals a match more than static. What was done is kept: a study that was stopped goes on.
 
 Controls: the copy that ``study.py`` made of as many recordings from our arena; and a copy of those from pSim
 whose clues were dealt out anew. Options are recovered by executors that drive as our arena's robots do; one
-copy was told how pSim's drive (``ROBOTS``). Demonstrators, seeds, rows and the aim (that of ``study.py``: 80 %
-of the team's lead, lower bound 60 %) were written down before a match was played there.
+copy was told how pSim's drive (``ROBOTS``). Demonstrators, seeds, rows and the aim (that of ``study.py``:
+80 % of the team's lead, lower bound 60 %) were written down before a match was played there.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ ROBOTS = OptionSettings(recover=True, wheel_speed=0.75, wheel_acceleration=45.0,
 
 @contextmanager
 def moving(python: str) -> Iterator[Callable[[MatchInPlay], None]]:
-    """Lets pSim move the bodies of matches; of each a program of its own, as it keeps something for the next."""
+    """Lets pSim move the bodies of matches, a program for each, for it keeps something for the next."""
     with ExitStack() as programs:
         def move(match: MatchInPlay) -> None:
             arena = TheirArena(python, SIMULATOR, match.recipe.robots)
