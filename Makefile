@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options ssl-options from-recordings imitation-gain rebuilt \
+.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values study-options ssl-options from-recordings from-recordings-psim ppo-demonstrator imitation-gain rebuilt \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial penalties tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -241,9 +241,17 @@ ssl-options: $(READY)  ## options of robots of SSL that drive in all directions 
 	$(BIN)/python data/studies/omnidirectional/study.py $(RECORDINGS)
 	$(BIN)/python data/studies/omnidirectional/playing.py $(RECORDINGS)
 
-from-recordings: $(READY)  ## copies of five teams from their recordings, beside their controls (an hour, and half an hour of seasons)
+from-recordings: $(READY)  ## copies of six teams from their recordings, beside their controls (an hour, and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/study.py
 	$(BIN)/python data/studies/options/motion.py
+
+# The network lies in the study's folder; other processors may train a slightly other one.
+ppo-demonstrator: $(VENV)-sb3/.ready  ## train the PPO that from-recordings copies (twenty minutes of a core)
+	PYTHONPATH=data/studies $(VENV)-sb3/bin/python -m peers.online ppo 2026 data/from-recordings/networks --matches 1400
+	cp data/from-recordings/networks/ppo-2026-1400.npz data/studies/from_recordings/
+
+from-recordings-psim: $(READY)  ## the same in pSim (PSIM is a Python that has it; half an hour a team, after from-recordings)
+	$(BIN)/python data/studies/from_recordings/psim.py $(or $(PSIM),python) data/from-recordings $(TEAMS)
 
 rebuilt: $(READY)  ## copies as stand-ins for their originals (half an hour, after from-recordings; and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/rebuilt.py

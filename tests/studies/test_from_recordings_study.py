@@ -1,13 +1,14 @@
 """The study of teams from recordings runs: copies, controls, wheels, two tables; what was done is kept."""
 
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import replace
 
 import harness
 import numpy as np
 import polars as pl
 import pytest
-from from_recordings import executed, gain, rebuilt, study, wheels
+from from_recordings import executed, gain, psim, rebuilt, study, wheels
 from options import motion, rolling
 from peers.network import load
 
@@ -57,6 +58,24 @@ def test_the_network_logs_what_it_chose(away, tmp_path):
     chosen = load(study.FOLDER / f"{study.PPO}.npz").choose(vectors)
     code = made["behaviour_id"].str.tail(3).fill_null("194").cast(pl.Int64)
     assert (np.array(BEHAVIOURS)[chosen] == code.to_numpy()).mean() > 0.99, "the log rounds"
+
+
+def test_in_psim(tmp_path, monkeypatch):
+    """A team is recorded there and copied; rows of teams that are not played stay. Here our arena stands in for pSim."""
+    monkeypatch.setattr(psim, "moving", lambda python: nullcontext(lambda match: None))
+    small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=20.0)
+    for job, path in small.recordings("best-constant", False):
+        study.recorded(job, path)
+    pl.DataFrame({"demonstrator": ["best-constant", "other"], "team": "itself", "matches": 4, "difference": [9.0, 9.0],
+                  "low": 8.5, "high": 9.5}).write_csv(tmp_path / "psim.csv")
+    psim.main("python", small, tmp_path, ("best-constant",))
+    table = pl.read_csv(tmp_path / "psim.csv")
+    assert table["team"].to_list() == [
+        "itself", "itself", "copy, recorded in pSim", "copy, recorded in our arena", "copy, recorded in pSim, clues shuffled",
+        "copy, recorded in pSim, its robots known"]
+    assert table["demonstrator"].to_list() == ["other", *["best-constant"] * 5]
+    assert table["difference"][:2].to_list() == [9.0, np.mean([
+        study.ahead(study.Job(str(small.data), "best-constant", seed, away, False, 20.0)) for seed in (psim.FIRST_PLAYED, psim.FIRST_PLAYED + 1) for away in (False, True)])]
 
 
 def test_gain(tmp_path, monkeypatch):
