@@ -57,8 +57,8 @@ def kappa(one: I64, other: I64) -> float:
     return (float((one == other).mean()) - chance) / (1 - chance)
 
 
-def seen(log: MatchLog) -> Seen:
-    """Look at the decisions that the match's teams logged."""
+def seen(log: MatchLog, settings: OptionSettings = OptionSettings()) -> Seen:  # noqa: B008 (frozen)
+    """Look at the decisions that the match's teams logged; options are recovered by ``settings``."""
     table, _ = trajectories(log, TrajectorySettings())
     place = {code: index for index, code in enumerate(OPTIONS)}
     made = log.decisions.filter("chosen").select(
@@ -67,7 +67,7 @@ def seen(log: MatchLog) -> Seen:
         code=pl.col("behaviour_id").str.split("-").list.last().cast(pl.Int16),
     ).drop_nulls("code").sort("middle")
     found = [made["code"]]
-    for rows, code in ((options(table, log.info.pitch, OptionSettings(), shipped_ratios())[0], "option"),
+    for rows, code in ((options(table, log.info.pitch, settings, shipped_ratios())[0], "option"),
                        (recognise(table, log.info.pitch, SituationSettings()), "code")):
         spans = rows.select(
             pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int16), "start_ns", "end_ns",
