@@ -252,6 +252,7 @@ ppo-demonstrator: $(VENV)-sb3/.ready  ## train the PPO that from-recordings copi
 
 from-recordings-psim: $(READY)  ## the same in pSim (PSIM is a Python that has it; half an hour a team, after from-recordings)
 	$(BIN)/python data/studies/from_recordings/psim.py $(or $(PSIM),python) data/from-recordings $(TEAMS)
+	$(BIN)/python data/studies/from_recordings/recovered.py data/from-recordings
 
 rebuilt: $(READY)  ## copies as stand-ins for their originals (half an hour, after from-recordings; and half an hour of seasons)
 	$(BIN)/python data/studies/from_recordings/rebuilt.py

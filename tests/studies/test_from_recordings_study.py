@@ -8,7 +8,7 @@ import harness
 import numpy as np
 import polars as pl
 import pytest
-from from_recordings import executed, gain, psim, rebuilt, study, wheels
+from from_recordings import executed, gain, psim, rebuilt, recovered, study, wheels
 from options import motion, rolling
 from peers.network import load
 
@@ -76,6 +76,11 @@ def test_in_psim(tmp_path, monkeypatch):
     assert table["demonstrator"].to_list() == ["other", *["best-constant"] * 5]
     assert table["difference"][:2].to_list() == [9.0, np.mean([
         study.ahead(study.Job(str(small.data), "best-constant", seed, away, False, 20.0)) for seed in (psim.FIRST_PLAYED, psim.FIRST_PLAYED + 1) for away in (False, True)])]
+    found = recovered.main(small.data, tmp_path, count=2)
+    assert found.select("demonstrator", "recorded in", "executors drive", "options").n_unique() == found.height == 3 * 2
+    told = found.filter(options="classes")["recovered"].to_list()
+    assert min(told[:2]) > told[2] + 0.2, "here all robots drive as ours"
+    assert found["shuffled"].abs().max() < 0.1
 
 
 def test_gain(tmp_path, monkeypatch):

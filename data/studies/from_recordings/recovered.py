@@ -1,4 +1,4 @@
-"""What is recovered beside what was done, in recordings of demonstrators that log their options.
+"""Kappa of recovered and executed options, in recordings of demonstrators that log their options.
 
 ``recovered.py DATA``, after ``study.py`` and ``psim.py``, takes the first eight recordings of each that DATA
 has, from our arena and from pSim, and writes ``recovered.csv``: Cohen's kappa between what was executed, each
