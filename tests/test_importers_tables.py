@@ -93,6 +93,15 @@ def test_time_that_begins_anew(table: pl.DataFrame, by: str) -> None:
     assert said(log) == f"time begins anew: 2 periods were put one after the other, {by}"
 
 
+def test_names_that_stand_twice() -> None:
+    """A column of no use that stands twice harms nothing, in either form; a time beyond all numbers is left out."""
+    for table in (half(), wide("{team}_{n}_{q}", "ball_{q}")):
+        head, _, rows = table.with_columns(one=pl.lit(1), two=pl.lit(2)).write_csv().partition("\n")
+        assert goals(read(f"{head.replace('one', 'note').replace('two', 'note')}\n{rows}".encode(), "game.csv")) == BLUE
+    assert goals(match(half().with_columns(frame=pl.col("frame") * 1.0).drop("t").with_columns(
+        frame=pl.when(pl.col("frame") == 7).then(1e307).otherwise("frame")), "time = {hz = 10}")) == BLUE
+
+
 def test_time_that_does_not() -> None:
     """A copy of the match, a late frame, segments that come back and a clock that is mended begin no half; the last is said."""
     one = half()

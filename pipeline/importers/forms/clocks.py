@@ -74,7 +74,8 @@ def _parsed(texts: pl.Series, first: str) -> pl.Series | None:
 def sampled(column: pl.Series, hz: float) -> pl.Series:
     """Times of numbers that count samples, Int64 nanoseconds; null where a value is no number."""
     numbers = column.cast(pl.Float64, strict=False)
-    return (numbers.set(~numbers.is_finite().fill_null(False), None) * (_NS / hz)).round().cast(pl.Int64)
+    return (numbers.set(~numbers.is_finite().fill_null(False), None) * (_NS / hz)).round().cast(
+        pl.Int64, strict=False)
 
 
 def check_fine(t_ns: pl.Series, frames: pl.Series, name: str) -> None:

@@ -74,7 +74,8 @@ def in_one_time(table: pl.DataFrame, name: str) -> Periods:
         breaks = _changes(t_ns, words) if label == "period" else np.empty(0, np.int64)
         return Periods(table, breaks, _went_back(t_ns))
     of_rows = _of_rows(table, body, piece, label, name)
-    step = int(np.median(np.diff(np.unique(t_ns[piece == 0]))))
+    steps = np.diff(np.unique(t_ns))
+    step = int(np.median(steps)) if len(steps) else 1
     times = table["t_ns"].to_numpy().copy()
     begins, end = [], None
     for number in range(int(piece.max()) + 1):

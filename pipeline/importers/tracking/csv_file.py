@@ -107,9 +107,10 @@ def _fields(
     """
     try:
         table = pl.read_csv(
-            io.BytesIO(text), has_header=False, skip_rows=skip, new_columns=found, separator=mark,
-            infer_schema=False, encoding="utf8-lossy", columns=sorted(found.index(their) for their in wanted),
-        )
+            io.BytesIO(text), has_header=False, skip_rows=skip, separator=mark, infer_schema=False,
+            new_columns=[str(at) for at in range(len(found))],  # a name may stand twice
+            encoding="utf8-lossy", columns=sorted({found.index(their) for their in wanted}),
+        ).select(pl.col(str(found.index(their))).alias(their) for their in wanted)
     except pl.exceptions.PolarsError as error:
         first = str(error).partition("\n")[0][:120]
         mend = "Mend or write it again"
