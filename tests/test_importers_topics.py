@@ -1,11 +1,13 @@
 """Recordings in MCAP that others wrote: our messages without our metadata, and topics that a map names."""
 
+import contextlib
 import random
 import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -335,6 +337,23 @@ def damaged(out: Mcap, t: float, t_ns: int) -> None:
     own_json(out, t, t_ns)
     if t_ns % 3 == EPOCH % 3:
         out.other("/world", "json", None, t_ns + 1, b'{"robots": ')
+
+
+@pytest.mark.parametrize("topic", [
+    'topic = "/world"\neach = "robots"\ncolumns = {team = "team", player = "id"}\n',
+    'topic = "/world"\nbody = "ball"\ncolumns = {x = "x", y = "y", t = "stamp"}\n',
+    'topic = "/world"\ncolumns = {score_home = "x", score_away = "y"}\n',
+])
+@pytest.mark.parametrize("number", [10**400, -10**30, 1e400, "x", [1], {"sec": "x"}, {"sec": 10**30}, {"seconds": [1]}], ids=lambda number: repr(number)[:20])
+def test_absurd_numbers(topic: str, number: Any) -> None:
+    """Messages with numbers that no clock, place or score has are left out, or refused in one line."""
+    out = Mcap()
+    for i in range(F):
+        own_json(out, i * STEP / 1e9, EPOCH + i * STEP)
+    said = {"stamp": number, "x": number, "y": number, "robots": [{"team": "blue", "id": number, "x": number, "y": number}]}
+    out.other("/world", "json", None, EPOCH + F * STEP, said)
+    with contextlib.suppress(BadRecording):
+        read(out.bytes(), "training.mcap", load_map(FORMS["own json"][1] + "[[topics]]\n" + topic + TEAMS))
 
 
 def numbered_poses(out: Mcap, t: float, t_ns: int) -> None:

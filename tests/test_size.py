@@ -18,14 +18,15 @@ learned: 37. What SSL's referee and trackers tell lies beside the core, but for 
 
 A role that nothing pays may keep what it usually does: 11 more, in the selection and its setting.
 
-Logs of rcssserver in JSON, and several logs in a file, took 128.
+Logs of rcssserver in JSON, and several logs in a file, took 128; that their damage costs little time, and absurd
+numbers in topics no match, 15.
 
 A worker that runs from a checkout which is not installed took 11.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 22_489, 1_500
+MOST, MOST_OF_OPTIONS = 22_504, 1_500
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

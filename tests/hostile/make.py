@@ -26,6 +26,7 @@ from support import ssl_messages as ssl
 from support.tracking import parquet
 
 _HEADER = b"frame,t,team,player,x,y\n"
+_JSON_LOG = b'[\n{"type":"header","version":"18.0.0"},\n'
 _MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -259,6 +260,10 @@ HOSTILE = (
     Hostile("groups.rcg", lambda: b"ULG5\n" + b"(show 1 ((b) 0 0 0 0)" + b" ((l 1) 0 0x1 0 0 0 0 0 0" * 10_000 + b")" * 10_001 + b"\n",
             "no whole show line|"),
     # opened brackets, for expressions that go back
+    Hostile("strings.rcg", lambda: _JSON_LOG + (b'{"a":"' + b"x" * 50 + b"\n") * 100_000, "is damaged at more than 1000 places"),
+    Hostile("objects.rcg", lambda: _JSON_LOG + b'{"a":[\n' * 900 + b'{"b":0},\n' * 100_000, "has no whole show line"),
+    Hostile("number.rcg", lambda: _JSON_LOG + b'{"show":{"time":1,"players":[],"ball":{"x":%d,"y":0,"vx":0,"vy":0}}}' % 10**400,
+            "has no whole show line"),
     Hostile("brackets.rcg", lambda: b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n", "has no whole show line"),
     Hostile("bomb.csv.zst", lambda: zstandard.compress(_HEADER + bytes(512 << 20)), "unpacks to more than", megabytes=150),
     # gzip in gzip: one layer is unpacked

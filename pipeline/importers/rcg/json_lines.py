@@ -12,6 +12,8 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pitchlore.pipeline.base.errors import BadRecording
+
 #: Counters in the order of a text log.
 _COUNTERS = (
     "kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say", "tackle", "pointto",
@@ -21,15 +23,29 @@ _PLACE = ("x", "y", "vx", "vy")
 _BODY = (*_PLACE, "body", "neck")
 _PARAMS = ("goal_width", "half_time", "simulator_step")
 _DECODER = json.JSONDecoder(strict=False)
+#: Most characters of an object (the server's have some thousands), and most objects that are damaged: of each
+#: as much is looked at.
+_LONGEST, _PLACES = 1 << 16, 1_000
 #: Digits of a number: the server writes six.
 _DIGITS = ".9g"
 #: Line that is none of a text log: it is counted and skipped there.
 _WRONG = "(wrong"
 
 
-def text_lines(log: bytes) -> str:
-    """Lines of a text log that say the same as a JSON log, as far as that is whole."""
-    return "\n".join(filter(None, map(_line, _objects(log.decode("utf-8", "replace")))))
+def text_lines(log: bytes, where: str) -> str:
+    """Lines of a text log that say the same as a JSON log, as far as that is whole.
+
+    Raises:
+        BadRecording: if it is damaged at too many places.
+    """
+    lines, places = [], 0
+    for value in _objects(log.decode("utf-8", "replace")):
+        places += value is None
+        if places > _PLACES:
+            what = f"is damaged at more than {_PLACES} places"
+            raise BadRecording(what, where=where, next_step="Copy it again")
+        lines.append(_line(value))
+    return "\n".join(filter(None, lines))
 
 
 def timestamp_of(log: bytes) -> str | None:
@@ -42,18 +58,19 @@ def timestamp_of(log: bytes) -> str | None:
 
 def _objects(text: str) -> Iterator[Any]:
     """The objects of an array, however it is laid out; None in the place of one that cannot be parsed."""
-    at = text.find("{")
+    at, begin, part = text.find("{"), 0, ""
     while at >= 0:
+        if at + _LONGEST > begin + len(part):
+            begin, part = at, text[at:at + 2 * _LONGEST]
         try:
-            value, at = _DECODER.raw_decode(text, at)
+            value, end = _DECODER.raw_decode(part, at - begin)
         except (ValueError, RecursionError):
-            value, at = None, at + 1
-            at = text.find("\n{", at)  # the next line that begins an object
+            yield None
+            at = text.find("\n{", at + 1)  # the next line that begins an object
             at += at >= 0
-            yield value
             continue
         yield value
-        at = text.find("{", at)
+        at = text.find("{", begin + end)
 
 
 def _line(value: Any) -> str:
@@ -68,7 +85,7 @@ def _line(value: Any) -> str:
             return _team(said)
         if kind == "server_param":
             return f"(server_param {''.join(f'({name} {said[name]})' for name in _PARAMS if name in said)})"
-    except (AttributeError, KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
         return _WRONG
     return ""
 

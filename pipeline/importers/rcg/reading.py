@@ -56,7 +56,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
                            next_step="Ask for one that it has")
     version, text = logs[source.number - 1]
     last, in_json = source.number == len(logs), text.lstrip().startswith((b"[", b"{"))
-    record = scan_lines(text_lines(text).encode() if in_json else text)
+    record = scan_lines(text_lines(text, name).encode() if in_json else text)
     if not record.numbers:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
     players = players_of(record)

@@ -163,7 +163,10 @@ def number_at(value: Any, path: str) -> float | None:
     found = value_at(value, path)
     if isinstance(found, bool) or not isinstance(found, (int, float)):
         return None
-    return float(found)
+    try:
+        return float(found)
+    except OverflowError:  # JSON has whole numbers of any size
+        return None
 
 
 def names_of(value: Any) -> list[str]:

@@ -287,7 +287,7 @@ def _stated(message: Any, entry: TopicMap, name: str) -> Any:
         word = value_at(message, path)
         return None if word is None else str(word)
     score = number_at(message, path)
-    return None if score is None or score != score else int(score)
+    return int(score) if score is not None and abs(score) < 2**31 else None
 
 
 def _time_of(value: Any, unit: int) -> int | None:
@@ -297,5 +297,9 @@ def _time_of(value: Any, unit: int) -> int | None:
     for whole, part in (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos")):
         seconds, rest = value_at(value, whole), value_at(value, part)
         if seconds is not None or rest is not None:
-            return int(seconds or 0) * 1_000_000_000 + int(rest or 0)
+            try:
+                t_ns = int(seconds or 0) * 1_000_000_000 + int(rest or 0)
+            except (TypeError, ValueError, OverflowError):
+                return None
+            return t_ns if abs(t_ns) < 2**62 else None
     return None
