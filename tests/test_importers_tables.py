@@ -257,6 +257,7 @@ def renamed(**words: str) -> pl.DataFrame:
 
 @pytest.mark.parametrize(("table", "says"), [
     (half().rename(str.upper), "FRAME for frame, T for t"),
+    (half().rename(str.upper).with_row_index(""), "FRAME for frame, T for t"),  # as pandas writes it
     (renamed(t="Time [s]", team="Team Name", player="Robot ID", x="pos_x", y="pos_y"), "Time [s] for t, Team Name for team"),
     (renamed(t="tempo", team="time", player="jogador"), "tempo for t, time for team, jogador for player"),
     (renamed(t="Tiempo", team="equipo", player="jugador"), "Tiempo for t, equipo for team, jugador for player"),

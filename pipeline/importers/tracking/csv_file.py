@@ -47,7 +47,7 @@ def detects(head: bytes) -> bool:
     rows = [fields_of_line(line, mark) for line in lines[1:]]
     if headless(names):
         return any(_alike(names, row) for row in rows)
-    return all(names) and all(
+    return all(names[1:]) and all(  # pandas gives its index no name
         (len(row) == len(names) or (mark == "," and len(row) > len(names))) and any(map(is_number, row))
         for row in rows)
 
