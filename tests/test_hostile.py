@@ -214,7 +214,7 @@ def test_nobody_waits_for_a_reader(tmp_path, monkeypatch):
     monkeypatch.setattr("resource.setrlimit", lambda *_: None)
     here, there = multiprocessing.Pipe(duplex=False)
     here.close()
-    _answer(there, [str(tmp_path / "none.csv")], None, "0", "m-1", TrackingMap(), ImportSettings(), 4096)
+    _answer(there, [str(tmp_path / "none.csv")], None, "0", "m-1", TrackingMap(), ImportSettings(), 4096, 1)
 
 
 def test_others_go_on(tmp_path):

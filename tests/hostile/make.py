@@ -231,7 +231,7 @@ HOSTILE = (
         "nothing tells their unit"),
     Hostile("quadratic.mcap", landmarks_that_lead_nowhere, "does not say which match it is|damaged"),
     Hostile("lying.mcap", lengths_that_lie, "does not say which match it is|cut off"),
-    Hostile("deep.mcap", deep_metadata, "metadata|match"),
+    Hostile("deep.mcap", deep_metadata, "none of its frames"),
     Hostile("bomb.mcap", bomb_in_a_chunk),
     # chunks that each declare 60 MB: together more than a log may have
     Hostile("chunks.mcap", lambda: _unfinished() + _encoded(*[_chunk(b"", 60 << 20)] * 200), "declares more than"),
@@ -246,7 +246,7 @@ HOSTILE = (
     Hostile("lines.csv", lambda: _HEADER + b"0,0,ball,,0,0\n" * 5_000_000, "5000001 lines, more than the limit rows", megabytes=50),
     Hostile("robots.csv", many_robots, "has 30000 robots of a team, more than the limit robots = 128", megabytes=600,
             seconds=30),
-    Hostile("score.csv", score_up_and_down, "more than the limit goals = 1000"),
+    Hostile("score.csv", score_up_and_down, "more than the limit goals = 1000", mapping='teams = {home = "a"}'),
     Hostile("score.rcg", lambda: b"ULG5\n" + b"".join(
         b"(team %d l r %d 0)\n(show %d ((b) 0 0 0 0))\n" % (i, 9_999 * (i % 2), i) for i in range(1, 2_000)),
             "more than the limit goals = 1000"),
