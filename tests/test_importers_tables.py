@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 from support.recordings import read
 
+from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import BadRecording, BadSettings
 from pitchlore.pipeline.importers.forms.presets import presets, titles
 from pitchlore.pipeline.importers.tracking.mapping import load_map
@@ -377,6 +378,27 @@ def test_forms(name: str) -> None:
         for axis in ("x", "y"):
             assert np.allclose(log.frames.robots[axis][order[0]], usual.frames.robots[axis][order[1]], atol=1e-5)
             assert np.allclose(log.frames.ball[axis], usual.frames.ball[axis], atol=1e-5)
+
+
+@pytest.mark.parametrize("form", ["rows", "rows of no team", "columns"])
+def test_files_of_one_match(call, tmp_path: Path, form: str) -> None:
+    """`--together` reads home and away from two files: rows, rows of the team that the file is called, or columns."""
+    table = half() if form != "columns" else wide("{team}_{n}_{q}", "ball_{q}")
+    files = []
+    for team, other in (("blue", "yellow"), ("yellow", "blue")):
+        ours = table.filter(pl.col("team").is_in(["ball", team]) | (team == other)) if form != "columns" else table.select(
+            name for name in table.columns if other not in name)
+        if form == "rows of no team":
+            ours = ours.with_columns(player=pl.col("player").cast(pl.String).fill_null("ball")).drop("team")
+        files.append(tmp_path / f"{team}.csv")
+        files[-1].write_text(ours.write_csv())
+    code, out, error = call("import", *files, "--together", "--data", tmp_path / "data")
+    assert code == 0, out + error
+    assert "blue - yellow" in out
+    code, out, _ = call("sql", "select frames, robots_per_team from matches", "--csv", "--data", tmp_path / "data")
+    assert out.splitlines()[1:] == ["1200,3"]
+    log = matches.read(next((tmp_path / "data").glob("matches/*.mcap")).read_bytes(), where="")
+    assert goals(log) == BLUE
 
 
 def test_offered_map(call, tmp_path: Path) -> None:

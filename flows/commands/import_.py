@@ -36,6 +36,7 @@ def import_files(
     form: Annotated[str | None, Parameter(name="--as", help=(
         f"Form of a table that is known already: {'; '.join(map(', '.join, titles().items()))}."
     ))] = None,
+    together: Flag = False,
     listed: Annotated[Flag, Parameter(name="--list")] = False,
     settings: Path | None = None,
     isolate: Flag = False,
@@ -52,6 +53,7 @@ def import_files(
             takes the map away.
         origin: Provider of the files.
         form: Form of a table.
+        together: The files are tables of one match in CSV, as one of home and one of away.
         listed: Print the formats, the forms of --as and the providers of --from, and import nothing.
         settings: TOML file with settings; its table [imports] has the limits on a recording.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
@@ -73,6 +75,8 @@ def import_files(
             raise BadSettings("--as and --map are two maps", next_step=f'Write form = "{form}" into the map')
         text_of(form)  # so that a name that there is not is refused at once
         recordings = [Recording(file=file, form=form) for file in files]
+    if together:
+        recordings = [recordings[0].model_copy(update={"more": files[1:]})]
     if origin is not None:
         if mapping is not None:
             raise BadSettings("--map is for tracking tables, and files of --from describe themselves",

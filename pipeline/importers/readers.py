@@ -17,12 +17,13 @@ from pitchlore.pipeline.base.text import NAME_CHARACTERS, printable
 from pitchlore.pipeline.importers import mcap_log
 from pitchlore.pipeline.importers.football import dataset as football
 from pitchlore.pipeline.importers.football.providers import dataset_of, open_files
+from pitchlore.pipeline.importers.forms.together import one_table
 from pitchlore.pipeline.importers.forms.unread import unread
 from pitchlore.pipeline.importers.packets import reading as packets
 from pitchlore.pipeline.importers.packing import Octets, Unpacking
 from pitchlore.pipeline.importers.plausibility import plausibility_checks
 from pitchlore.pipeline.importers.rcg import reading as rcg
-from pitchlore.pipeline.importers.source import SourceFile, slug, streamed_megabytes
+from pitchlore.pipeline.importers.source import SourceFile, inflate, slug, streamed_megabytes
 from pitchlore.pipeline.importers.ssl_logs import reading as ssl_log
 from pitchlore.pipeline.importers.tracking import csv_file, parquet_file
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
@@ -154,10 +155,10 @@ def open_parts(
     parts: Sequence[tuple[str, Octets]], provider: str | None = None,
     limits: ImportSettings = ImportSettings(),
 ) -> SourceFile:
-    """A recording of one file, whose content tells its format, or of a provider's files.
+    """A recording of one file, whose content tells its format, of tables of one match, or of a provider.
 
     Args:
-        parts: name and bytes of each file; one, or those of the provider in its order.
+        parts: name and bytes of each file; one, tables of one match, or those of the provider in its order.
         provider: a key of ``football.providers.PROVIDERS``; None for a format of ``READERS``.
         limits: bounds of its cost.
 
@@ -166,7 +167,9 @@ def open_parts(
     """
     if provider is not None:
         return open_files(parts, provider, limits)
-    ((name, data),) = parts
+    name, data = parts[0]
+    if len(parts) > 1:
+        data = one_table([(name, inflate(part[:], name, limits.megabytes)[0]) for name, part in parts])
     return open_source(data, name, limits)
 
 

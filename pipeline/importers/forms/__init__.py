@@ -9,6 +9,7 @@ absent     numbers that stand for "not seen"
 origin     places that are not counted from the pitch's centre, or not in metres
 angles     the unit of headings
 presets    maps of forms that are known, by name (presets.toml)
+together   tables of one match in several files
 offer      maps for tables that were refused
 unread     files that are met beside recordings, and are not read by themselves
 =========  ====================================================================
