@@ -69,6 +69,7 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (f"{HEADER}\n".encode(), "a header and no row"),
         (f"{HEADER}\nx,x,ball,,0,0,0\n".encode(), "has the time 'x', no number, clock or date"),
         (f"{HEADER}\n0,0,,,0,0,0\n".encode(), "no row with a time and a team"),
+        (b"t,team,player,x,y\n0,a,,0,0\n0,b,,0,0\n", "no row of the ball or a player"),
         (b"frame,t,team,player,x_1,y\n0,0,a,1,0,0\n",
          r"no column x; it has frame, t, team, player, x_1, y. Name the columns in a map"),
         (b"frame,time,teams,player,x,y\n0,0,a,1,0,0\n", r"teams?\? ?|did you mean teams\?"),

@@ -79,6 +79,7 @@ def said(log: MatchLog) -> str:
     (halves().sort("team", "player", "segment", "t", nulls_last=True), "by segment"),
     (halves().drop("segment").sort("team", "player", "frame"), "by time itself"),
     (halves().with_columns(t=pl.col("t") + 110 * (pl.col("segment") == "2.")), "by segment"),  # stoppage time
+    (halves().with_columns(t=pl.col("t") + 10 * (pl.col("segment") == "1.")), "by segment"),  # the first begins later
     (halves().drop("segment").filter((pl.col("team") != "blue") | (pl.col("player") != 1) | (pl.col("frame") > 1200)), "by time itself"),
     (scored(halves()), "by segment"),
     (scored(halves(), anew=True), "by segment"),

@@ -85,8 +85,8 @@ def in_one_time(table: pl.DataFrame, name: str) -> Periods:
             times[rows] += max(0, end + step - low)
             begins.append(int(times[rows].min()))
         end = int(times[rows].max())
+    breaks = np.array(begins, dtype=np.int64) - times.min()
     times -= times.min()
-    breaks = np.array(begins, dtype=np.int64)
     how = "by time itself" if label is None else f"by {label}"
     note = f"time begins anew: {len(breaks) + 1} periods were put one after the other, {how}"
     return Periods(table.with_columns(t_ns=pl.Series(times)), breaks,
@@ -131,7 +131,7 @@ def _anew(
         shared = before[before >= t_ns[at]]
         if (before.max() - t_ns[at] < _BACK_NS or len(shared) < _BOTH
                 or np.count_nonzero(after <= before.max()) < _BOTH
-                or shared.min() - t_ns[at] > _BACK_NS):
+                or shared.min() - max(t_ns[at], before.min()) > _BACK_NS):
             continue
         renamed = words is not None and words[at] != words[at - 1]
         begin = before.min() + _BEGIN * (before.max() - before.min())

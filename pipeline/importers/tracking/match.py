@@ -82,6 +82,9 @@ def match_of(
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
+    if table.is_empty():
+        raise BadRecording("has no row of the ball or a player", where=name, next_step=(
+            "Name the column of players in a map's [columns] table"))
     table, breaks, anew = in_one_time(table, name)
     table, absent = nothing_seen(table)
     table, angles = _angles(table, mapping, name)
