@@ -185,6 +185,13 @@ def test_origin_that_nothing_tells(table: pl.DataFrame, says: str) -> None:
         match(table)
 
 
+def test_shares_that_may_be_metres() -> None:
+    """Parts of a pitch that never reach its side lines look like metres: taken for them, and said."""
+    log = match(moved(0, 0, (1 / 0.75, 0.75 / 0.65)))
+    assert "taken for metres; if they are shares, say in a map" in said(log)
+    assert "taken for metres" not in said(match(half()))
+
+
 # --- who is home --------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("names", [("home", "away"), ("Away", "Home"), ("visitante", "casa"), ("l", "r"), ("home_team", "away_team")])

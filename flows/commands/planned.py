@@ -75,14 +75,19 @@ def _cost(found: RunPlan) -> str:
         but = ", but for what was refused" if any(stage.todo for stage in found.stages) else ""
         return f"Nothing to make: every receipt holds{but}. {_SAME}"
     sure, perhaps = found.work_s
-    line = f"To make: {_outputs(outputs)}, {sure:.1f} s of work"
+    line = f"To make: {_outputs(outputs)}{_work(sure)}"
     if others:
-        line += (f"; perhaps {_outputs(others)} more, {perhaps:.1f} s, "
+        line += (f"; perhaps {_outputs(others)} more{_work(perhaps)}, "
                  "if what they are made from comes out with other bytes")
     line += f". The cost is by {found.runs} run{'' if found.runs == 1 else 's'} in the log"
     if found.unpriced:
         line += f", which do not tell that of {', '.join(found.unpriced)}"
     return f"{line}. {_SAME}"
+
+
+def _work(seconds: float) -> str:
+    """The seconds of work; nothing where the log tells none."""
+    return f", {seconds:.1f} s of work" if seconds else ""
 
 
 def _outputs(count: int) -> str:

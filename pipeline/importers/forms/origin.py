@@ -25,6 +25,8 @@ _LEAST, _MOST = 0.9, 1.15
 _SQUARE = 0.88
 #: Share of places that may be elsewhere, and part of the reach that places may be beyond an axis.
 _STRAY, _BEYOND = 0.001, 0.03
+#: Bodies that reach so far along, metres, may be on a pitch of 2.2 m, or at shares from -1 to 1 of another.
+_AS_SHARES = (0.87, 1.03)
 #: Bodies that reach further than so many lengths of the largest pitch are in another unit.
 _LARGEST = 1.1
 #: Rows that are looked at, evenly over the table.
@@ -127,7 +129,9 @@ def _found(
         _check_square(across, reach, t_ns, name)
         largest = PITCHES[Kind.SIM2D]
         if given is not None or pitch.kind is not None or across[0] <= _LARGEST * largest.goal_x:
-            return given or 1.0, False, []
+            doubt = given is None and pitch.kind is None and _AS_SHARES[0] < across[0] <= _AS_SHARES[1]
+            note = f"bodies reach {reach}: taken for metres; if they are shares, say in a map {_SPOKEN}"
+            return given or 1.0, False, [Flaw("assumed", note, t_ns.n_unique())] if doubt else []
     half, samples = 1 if quarter else 2, t_ns.n_unique()
     fits = {(unit, length, width) for unit in units for length, width in pitches
             if all(_LEAST <= half * far * unit / whole <= _MOST
