@@ -312,5 +312,6 @@ def test_dataset_of_kloppy():
     ours = pitchlore.read(skillcorner.load(*(file.read_bytes() for file in files)))
     theirs = pitchlore.read(*files, provider="kloppy:skillcorner")
     assert ours.info["duration_s"] == theirs.info["duration_s"]
-    assert ours.flaws == theirs.flaws
+    told = {"direction inferred"}  # the files tell directions, the dataset does not
+    assert {flaw: count for flaw, count in ours.flaws.items() if flaw not in told} == theirs.flaws
     assert ours.trajectories.height == theirs.trajectories.height > 100

@@ -144,6 +144,8 @@ def test_heading_that_is_not_known() -> None:
     log = match(turned)
     assert "heading is -999 in rows where it is not known: left out" in said(log)
     assert np.isfinite(log.frames.robots["theta"]).all()
+    back = half().with_columns(heading=pl.when(pl.col("team") == "yellow").then(np.pi).otherwise((pl.col("t") * 0.7).sin() / 9))
+    assert "heading is" not in said(match(back))  # who faces backwards is known
 
 
 # --- origin and unit ----------------------------------------------------------------------------------

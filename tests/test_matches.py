@@ -132,7 +132,7 @@ def test_row():
         "hz": pytest.approx(1 / 0.03),  # the median of 20 and 40 ms; equal times are no interval
         "robots_per_team": 3, "score_home": 1, "score_away": 0, "complete": True, "incomplete_reason": None,
         "kind": "vsss", "pitch_length": 1.5, "pitch_width": 1.3, "goal_width": 0.4, "frames": 4, "format": "rcg",
-        "direction_inferred": True,
+        "direction_inferred": True, "shoot_out_home": None, "shoot_out_away": None,
     }  # fmt: skip
 
 

@@ -31,6 +31,8 @@ _FALLS = 0.01
 _BALL = 2
 #: Most numbers of one table that stand for it.
 _MOST = 4
+#: A turn in radians, and in the smallest unit of headings, gradians.
+_TURN, _LARGEST_TURN = 2 * np.pi, 400.0
 #: Larger numbers are none of a table: what is damaged is not looked at.
 _NUMBERS = 1e12
 
@@ -62,7 +64,7 @@ def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
         flaws.append(Flaw("assumed", note, count))
     for column in moving:
         far = _far_off(table, (column,))
-        if far is not None:
+        if far is not None and not (column == "heading" and _is_direction(far, table[column])):
             note = f"{column} is {far:g} in rows where it is not known: left out"
             flaws.append(Flaw("assumed", note, int((table[column] == far).sum())))
             table = table.with_columns(pl.when(pl.col(column) != far).then(pl.col(column)))
@@ -73,6 +75,12 @@ def _finite(column: pl.Series) -> F64:
     """Numbers of a column, but for damage."""
     values: F64 = column.fill_null(float("nan")).to_numpy()
     return values[np.abs(values) < _NUMBERS]
+
+
+def _is_direction(value: float, column: pl.Series) -> bool:
+    """True if a number is within a turn, as headings of robots that face one way may be, exactly."""
+    others = np.abs(_finite(column.filter(column != value)))
+    return abs(value) <= (_TURN if others.max(initial=0.0) <= _TURN else _LARGEST_TURN)
 
 
 def _far_off(table: pl.DataFrame, axes: Sequence[str]) -> float | None:
