@@ -59,12 +59,8 @@ def _reasons(stages: Iterable[StagePlan]) -> dict[str, list[str]]:
     """The stages with outputs to make, by reason and outputs; the first of these are named."""
     found: dict[str, list[str]] = {}
     for stage in stages:
-        names: dict[str, list[str]] = {}
-        for one in stage.todo:
-            names.setdefault(f"{one.detail}{'' if one.sure else ' (perhaps)'}", []).append(one.name)
-        for why, of in names.items():
-            more = f" and {len(of) - _NAMED} more" if len(of) > _NAMED else ""
-            found.setdefault(f"{', '.join(of[:_NAMED])}{more}: {why}", []).append(stage.noun)
+        for detail, sure, outputs in stage.reasons(_NAMED):
+            found.setdefault(f"{outputs}: {detail}{'' if sure else ' (perhaps)'}", []).append(stage.noun)
     return found
 
 

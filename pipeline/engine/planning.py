@@ -85,6 +85,15 @@ class StagePlan(Frozen):
         """Number of outputs that are made in any case, or else of the others; none that was refused."""
         return sum(one.sure is sure and one.why != "refused" for one in self.todo)
 
+    def reasons(self, named: int) -> Iterator[tuple[str, bool, str]]:
+        """Each reason, whether it holds in any case, and its outputs: so many named, the others counted."""
+        names: dict[tuple[str, bool], list[str]] = {}
+        for one in self.todo:
+            names.setdefault((one.detail, one.sure), []).append(one.name)
+        for (detail, sure), of in names.items():
+            more = f" and {len(of) - named} more" if len(of) > named else ""
+            yield detail, sure, f"{', '.join(of[:named])}{more}"
+
 
 class RunPlan(Frozen):
     """The work that a run would do.

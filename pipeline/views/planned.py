@@ -63,13 +63,9 @@ def plan_page(plan: RunPlan, where: str) -> str:
 
 def _reasons(stage: StagePlan) -> Iterator[Markup]:
     """The rows of a stage's reasons."""
-    names: dict[str, list[str]] = {}
-    for one in stage.todo:
-        names.setdefault(one.detail if one.sure else f"perhaps, {one.detail}", []).append(one.name)
-    for why, of in names.items():
-        more = f" and {len(of) - _NAMED} more" if len(of) > _NAMED else ""
-        yield Markup("<tr><td>{}</td><td>{}</td><td>{}{}</td></tr>").format(
-            stage.noun, why, ", ".join(of[:_NAMED]), more)
+    for detail, sure, outputs in stage.reasons(_NAMED):
+        yield Markup("<tr><td>{}</td><td>{}</td><td>{}</td></tr>").format(
+            stage.noun, detail if sure else f"perhaps, {detail}", outputs)
 
 
 def _graph(plan: RunPlan) -> Markup:
