@@ -1,6 +1,7 @@
 """The log of a match: round trips, the recorder, and the row of a match."""
 
 import io
+import weakref
 from datetime import UTC, datetime
 
 import numpy as np
@@ -54,6 +55,14 @@ def test_round_trip(data):
     Referee.validate(back.referee)
     Decisions.validate(back.decisions)
     Commands.validate(back.commands)
+
+
+def test_memory():
+    """A log leaves memory with its last use: no cycle keeps it until Python looks for garbage."""
+    log = matches.read(written(match()), where="a.mcap")
+    bodies = weakref.ref(log.frames.robots.base)
+    del log
+    assert bodies() is None
 
 
 def test_same_bytes():

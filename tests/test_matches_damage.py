@@ -31,7 +31,7 @@ from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
 from pitchlore.pipeline.matches import description
 from pitchlore.pipeline.matches.channels import COMMAND
-from pitchlore.pipeline.matches.chunks import unseal
+from pitchlore.pipeline.matches.chunks import Decompressor, unseal
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.matches.records import FRAMING_BYTES
 from pitchlore.schemas import Commands, Decisions, Quality, Referee
@@ -183,7 +183,7 @@ def test_cut_chunk(compression):
     whole = written(log, chunk_bytes=8 << 20)
     (index,) = chunk_indexes(whole)
     start = index.chunk_start_offset
-    content = unseal(memoryview(whole)[start + FRAMING_BYTES:start + index.chunk_length])[0].tobytes()
+    content = unseal(memoryview(whole)[start + FRAMING_BYTES:start + index.chunk_length], Decompressor())[0].tobytes()
     packed = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}[compression](content)
     builder = RecordBuilder()
     Chunk(compression, packed, message_end_time=index.message_end_time, message_start_time=0,

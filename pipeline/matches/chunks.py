@@ -22,6 +22,8 @@ from mcap.records import Chunk, ChunkIndex
 from pitchlore.pipeline.matches.records import McapRecords, as_array, walk
 from pitchlore.pipeline.numbers.arrays import I64, U8
 
+Decompressor = zstandard.ZstdDecompressor
+
 #: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
 
@@ -110,8 +112,12 @@ def seal(
     )
 
 
-def unseal(body: memoryview) -> tuple[U8, McapRecords]:
+def unseal(body: memoryview, frames: Decompressor) -> tuple[U8, McapRecords]:
     """Content of a chunk and the records in it, after all checks.
+
+    Args:
+        body: body of the chunk's record.
+        frames: decompressor of Zstandard frames, the same for all chunks of a file.
 
     Raises:
         DamagedChunk: if its size exceeds ``MAX_CHUNK_BYTES`` or differs from what it declares, its CRC
@@ -126,7 +132,7 @@ def unseal(body: memoryview) -> tuple[U8, McapRecords]:
         raise DamagedChunk("has a damaged header")
     if size > MAX_CHUNK_BYTES:
         raise DamagedChunk(f"declares {size} bytes, over the limit of {MAX_CHUNK_BYTES}")
-    content = _decompress(blob, bytes(body[_CHUNK_HEAD.size:name_end]), size)
+    content = _decompress(blob, bytes(body[_CHUNK_HEAD.size:name_end]), size, frames)
     if head.crc and zlib.crc32(content) != head.crc:
         raise DamagedChunk("does not have the content that its CRC vouches for")
     array = as_array(content)
@@ -160,14 +166,14 @@ def unseal_cut(body: memoryview) -> tuple[U8, McapRecords]:
     return array, walk(array, 0, len(array))[0]
 
 
-def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memoryview:
+def _decompress(blob: memoryview, compression: bytes, size: int, frames: Decompressor) -> bytes | memoryview:
     """Decompressed bytes, exactly ``size``; little more is allocated, whatever the compressed bytes say."""
     content: bytes | memoryview
     try:
         if compression == b"":
             content = blob
         elif compression == b"zstd":
-            content = _one_frame(blob, size) or _zstd_frames(blob, size + 1)
+            content = _one_frame(blob, size, frames) or _zstd_frames(blob, size + 1)
         elif compression == b"lz4":
             content = _lz4_frames(blob, size + 1)
         else:
@@ -179,15 +185,14 @@ def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memo
     return content
 
 
-def _one_frame(blob: memoryview, size: int) -> bytes | None:
+def _one_frame(blob: memoryview, size: int, frames: Decompressor) -> bytes | None:
     """Content of a single frame that declares the size, in half the time; None if it is anything else."""
     declared = zstandard.frame_content_size(blob)  # zstd believes it rather than the limit that it is given
     if declared > size:
         raise DamagedChunk("declares two different sizes")
     try:
-        whole = zstandard.ZstdDecompressor()
         if declared == size:
-            return whole.decompress(blob, max_output_size=size, allow_extra_data=False)
+            return frames.decompress(blob, max_output_size=size, allow_extra_data=False)
     except zstandard.ZstdError:
         return None
     return None

@@ -58,7 +58,7 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
         quality = pl.DataFrame(rows, schema=Quality.dtypes()) if rows else Quality.empty()
     except (ValueError, TypeError, KeyError, RecursionError, pl.exceptions.PolarsError) as error:
         raise unknown from error
-    if not Quality.holds(quality):  # polars makes null of a word that it does not know
+    if rows and not Quality.holds(quality):  # polars makes null of a word that it does not know
         raise unknown
     return info, quality
 

@@ -8,6 +8,8 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 import polars as pl
+from mcap.records import Channel, Schema
+from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from pitchlore.pipeline.matches import cdr
 from pitchlore.pipeline.matches.channels import (
@@ -45,21 +47,19 @@ class Inbox:
         self._skipped: dict[str, list[I64]] = {}
         self._numbers: dict[int, list[tuple[I64, I64]]] | None = None
 
-    def declare(self, channel: int, name: str, definition: str | None) -> None:
-        """Declare a channel; the first declaration counts.
-
-        Args:
-            channel: its id.
-            name: name of its topic.
-            definition: definition of its messages if they are CDR by a ``ros2msg`` definition, else None.
-        """
-        if channel in self._topics:
+    def declare(self, channel: Channel, schema: Schema | None) -> None:
+        """Take up a channel with the schema of its messages; the first declaration, the summary's, counts."""
+        if channel.id in self._topics:
             return
-        self._topics[channel] = f"messages on {name}, which is not of a match"
+        cdr = channel.message_encoding == MessageEncoding.CDR
+        ros = schema is not None and cdr and schema.encoding == SchemaEncoding.ROS2
+        definition = schema.data.decode(errors="replace") if schema and ros else None
+        found: int | str = f"messages on {channel.topic}, which is not of a match"
         for ours, topic in TOPICS.items():
-            if topic.name == name:
+            if topic.name == channel.topic:
                 alike = definition is not None and field_types(definition) == field_types(topic.definition())
-                self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
+                found = ours if alike else f"messages on {topic.name}, which are defined otherwise"
+        self._topics[channel.id] = found
 
     def reserve(self, capacity: int, *, numbered: bool) -> None:
         """Make room for message records of ``capacity`` bytes in all; comes before :meth:`take`.
@@ -156,6 +156,8 @@ class Inbox:
 
     def _table(self, topic: int, match_id: str) -> pl.DataFrame:
         schema, _, unpack, by = ROWS[topic]
+        if not len(self._collectors[topic].messages()):
+            return schema.empty()  # most matches log no decisions: polars would take 2 ms over nothing
         rows = self._values(topic, unpack)
         table = rows.with_columns(match_id=pl.lit(match_id)).select(*schema.dtypes())
         if not schema.holds(table):

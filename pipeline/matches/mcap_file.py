@@ -27,7 +27,14 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 from pitchlore.pipeline.base.errors import DamagedLog
-from pitchlore.pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal, unseal_cut
+from pitchlore.pipeline.matches.chunks import (
+    MAX_CHUNK_BYTES,
+    ChunkHead,
+    DamagedChunk,
+    Decompressor,
+    unseal,
+    unseal_cut,
+)
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.matches.records import FRAMING_BYTES, McapRecords, as_array, find_records, walk
 from pitchlore.pipeline.numbers.arrays import U8
@@ -119,11 +126,11 @@ class McapFile:
 
     def contents(self) -> Iterator[tuple[U8, McapRecords]]:
         """Bytes that hold message records, and the records, in the order of the file; damage is noted."""
-        heads = {body: ChunkHead.of(chunk) for body, chunk in self._chunks.items()}
+        heads, frames = {body: ChunkHead.of(chunk) for body, chunk in self._chunks.items()}, Decompressor()
         for number, (body, after) in enumerate(pairwise([0, *self._chunks, len(self._view)])):
             if number:
                 try:
-                    yield self._declared_in(*unseal(self._chunks[body]))
+                    yield self._declared_in(*unseal(self._chunks[body], frames))
                 except DamagedChunk as damage:
                     span = self._spans.get(body, (heads[body].start_ns, heads[body].end_ns))
                     note = f"chunk {number} of {len(self._chunks)} {damage}"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
-from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
 from pitchlore.pipeline.matches.description import METADATA, is_sound, parse
@@ -52,7 +50,7 @@ class _Reading:
     def __init__(self, data: bytes | memoryview, where: str) -> None:
         self._where = where
         self._inbox = Inbox()
-        self._file = McapFile(data, where, self._declare)
+        self._file = McapFile(data, where, self._inbox.declare)
 
     def log(self, default_info: MatchInfo | None) -> MatchLog:
         """Match of the file; see :func:`read`."""
@@ -72,13 +70,6 @@ class _Reading:
             self._inbox.take(content, records)
         file.check(self._inbox.seen)
         return self._assemble(info, own[1] if own else Quality.empty(), foreign=own is None, ours=ours)
-
-    def _declare(self, channel: Channel, schema: Schema | None) -> None:
-        """Register a channel; the first declaration, the summary's, counts."""
-        cdr = channel.message_encoding == MessageEncoding.CDR
-        ours = schema is not None and cdr and schema.encoding == SchemaEncoding.ROS2
-        definition = schema.data.decode(errors="replace") if schema and ours else None
-        self._inbox.declare(channel.id, channel.topic, definition)
 
     def _description(self) -> tuple[MatchInfo, pl.DataFrame] | None:
         """The file's description of its match: the last copy with a valid CRC."""
