@@ -320,12 +320,6 @@ def test_crossing_curves():
     assert only(points, "almost the same", quantity="greatest distance") == CONTRADICTED
 
 
-def test_three_trainings_show_little():
-    """Three trainings decide no claim."""
-    found = verdicts(table(grid(ivq=0.55, runs=3, ks=(0, 5, 10), half=4.0)))
-    assert set(found["verdict"]) <= {UNDECIDED}
-
-
 def test_more_exploration():
     """The effect of more exploration is judged for each learner by itself."""
     reported = table(grid(decay=0.99, path=(9, 9, 9, 9)),

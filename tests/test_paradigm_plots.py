@@ -89,23 +89,6 @@ def test_looks():
     assert len(set(by_learner.values())) == len(by_learner)  # distinguished without colour
 
 
-def test_printed_reading():
-    """The printed reading is solid, other readings are broken and hollow, and peers broken and thin."""
-    points = table(over_decays("IVQ", DECAYS), over_decays("IVQ", DECAYS, reading="a"), over_decays("FMQ", DECAYS))
-    marks = [(handle.get_linestyle(), handle.get_markerfacecolor(), handle.get_linewidth())
-             for handle in lines(plot_curves(points, 5)).values()]
-    assert [line for line, _, _ in marks] == ["-", "--", "--"]
-    assert [face == "white" for _, face, _ in marks] == [False, True, False]
-    assert marks[2][2] < marks[0][2]
-
-
-def test_unknown_learners():
-    """Learners unknown to us have looks of their own."""
-    points = table(over_decays("my rule", DECAYS), over_decays("another", DECAYS, reading="b"), over_decays("FMQ", DECAYS))
-    looks = [look(handle)[:2] for handle in lines(plot_curves(points, 5)).values()]
-    assert len(set(looks)) == 3
-
-
 def test_papers_point():
     """The paper's point is drawn with its interval, in its own figure only."""
     points = table(over_decays("IVQ", DECAYS))
@@ -117,12 +100,6 @@ def test_papers_point():
     assert bar.get_segments()[0][:, 1] == pytest.approx([0.604, 0.781])
 
 
-@pytest.mark.parametrize("figure", [4, 5, 6, 7])
-def test_one_point_is_enough(figure):
-    one = {5: point(5, "IVQ", 0.5), 4: point(4, "IVQ", 0.5, k=-3.0)}.get(figure, point(6, "IVQ", 0.0, k=0.0))
-    assert plot_png(plot_curves(table(one), figure)).startswith(b"\x89PNG")
-
-
 def test_missing_paths():
     """A missing path leaves a gap, and a long one fits on a logarithmic axis."""
     some = [point(6, "IVQ", 0.5, k=0.0, path=5.0), point(6, "IVQ", 0.0, k=1.0), point(6, "IVQ", 0.1, k=2.0, path=90.0, half=None)]
@@ -130,14 +107,6 @@ def test_missing_paths():
     assert np.isnan(axes.lines[0].get_ydata()).tolist() == [False, True, False]
     assert axes.get_yscale() == "log"
     assert axes.get_ylim()[1] > 90
-
-
-def test_penalty_axis():
-    """The penalty grows to the right."""
-    left, right = plot_curves(everything(), 4).axes[0].get_xlim()
-    assert left > 0 > -30 > right
-    left, right = plot_curves(everything(), 6).axes[0].get_xlim()
-    assert left < 0 < 15 < right
 
 
 def test_equal_bytes():

@@ -67,18 +67,6 @@ def test_same_bytes(played, tmp_path):
 
 
 @pytest.mark.slow
-def test_other_seed(played):
-    """Another seed plays other runs, which are kept beside the first."""
-    data, _ = played
-    other = QUICK.model_copy(update={"seed": 7, "figures": (5,)})
-    play_paradigms(data, other)
-    store = Store(data)
-    first, second = (points_of(store, report) for report in (reports(QUICK)[1], reports(other)[0]))
-    assert first.height == second.height
-    assert first["p_optimal"].to_list() != second["p_optimal"].to_list()
-
-
-@pytest.mark.slow
 def test_failing_sweep(tmp_path, monkeypatch):
     """A sweep that fails is reported, and the others stand."""
     from pitchlore.pipeline.stages.paradigms import curves
@@ -166,11 +154,3 @@ def test_bad_arguments(words, what, tmp_path, call):
     code, out, err = call("paradigms", *words, "--data", tmp_path)
     assert code != 0
     assert what in out + err
-
-
-def test_confirmation_seeds():
-    """The confirmation shares no seed with the studies that chose its settings."""
-    every = experiments.sweeps(Design(sensitivity=True))
-    seeds = {study: {sweep.seed for sweep in every if sweep.curves[0].study == study}
-             for study in ("figure", "sensitivity", "confirmation")}
-    assert not seeds["confirmation"] & (seeds["figure"] | seeds["sensitivity"])

@@ -24,11 +24,6 @@ def weights(selection, values, temperature):
     return out.tolist()
 
 
-def probabilities(selection, values, temperature):
-    out = weights(selection, values, temperature)
-    return [weight / sum(out) for weight in out]
-
-
 finite = st.floats(allow_nan=False, allow_infinity=False)
 vectors = st.lists(finite, min_size=1, max_size=6)
 temperatures = st.one_of(st.floats(0, 1e300), st.sampled_from([0.0, 5e-324, 1e-300, 1e-10, 1.0, 16.0, 1e300]))
@@ -67,38 +62,6 @@ def test_boltzmann_order(values, temperature):
     assert max(out) == 1
 
 
-@given(values=st.lists(st.floats(-30, 30), min_size=1, max_size=6), temperature=st.floats(0.5, 100))
-def test_boltzmann_softmax(values, temperature):
-    """Boltzmann's probabilities are the softmax as it is printed."""
-    powers = [math.exp(value / temperature) for value in values]
-    expected = [power / sum(powers) for power in powers]
-    assert probabilities(ActionSelection.BOLTZMANN, values, temperature) == pytest.approx(expected, rel=1e-10)
-
-
-def test_epsilon_greedy_by_hand():
-    # .3 goes to all three alike, .1 each; .7 to the greatest, or shared by them
-    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 2], 0.3) == pytest.approx([0.1, 0.8, 0.1], abs=1e-15)
-    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 5], 0.3) == pytest.approx([0.1, 0.45, 0.45], abs=1e-15)
-    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 5], 0.0) == [0, 0.5, 0.5]
-    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 5, 0], 1.0) == [0.25] * 4
-    assert weights(ActionSelection.EPSILON_GREEDY, [-HUGE, HUGE], 0.5) == [0.25, 0.75]
-
-
-def test_mixed_by_hand():
-    # .3 to all three alike, .7 by the policy: .7*.5 + .1, .7*.4 + .1, .7*.1 + .1
-    assert weights(ActionSelection.MIXED, [0.5, 0.4, 0.1], 0.3) == pytest.approx([0.45, 0.38, 0.17], abs=1e-15)
-    assert weights(ActionSelection.MIXED, [0.5, 0.5, 0.0], 0.0) == [0.5, 0.5, 0]
-    assert weights(ActionSelection.MIXED, [1.0, 0.0], 1.0) == [0.5, 0.5]
-
-
-@given(values=vectors, epsilon=st.floats(0, 1))
-def test_epsilon_greedy_sum(values, epsilon):
-    """Epsilon-greedy weights are probabilities: none is negative, and their sum is 1."""
-    out = weights(ActionSelection.EPSILON_GREEDY, values, epsilon)
-    assert min(out) >= 0
-    assert sum(out) == pytest.approx(1, abs=1e-12)
-
-
 @given(
     chances=st.lists(st.floats(0, 1e300), min_size=1, max_size=6).filter(any),
     u=st.one_of(unit, st.sampled_from([0.0, 5e-324, 0.5, ALMOST_ONE])),
@@ -135,8 +98,3 @@ def test_proportions(chances, expected):
     chosen = [sample(np.array(chances, np.float64), u) for u in middles]
     assert np.bincount(chosen, minlength=len(chances)).tolist() == expected
     assert chosen == sorted(chosen)
-
-
-def test_shares():
-    """Each action takes its share of the unit interval without the upper end."""
-    assert [sample(np.array([1.0, 1.0, 2.0]), u) for u in (0.0, 0.24, 0.25, 0.49, 0.5, ALMOST_ONE)] == [0, 0, 1, 1, 2, 2]

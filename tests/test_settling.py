@@ -6,7 +6,6 @@ from pydantic import ValidationError
 
 from pitchlore.pipeline.stages.paradigms import runner
 from pitchlore.pipeline.stages.paradigms.curves import Curve
-from pitchlore.pipeline.stages.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
 from pitchlore.pipeline.stages.paradigms.games import matrix
 from pitchlore.pipeline.stages.paradigms.rules.iq import IQ
 from pitchlore.pipeline.stages.paradigms.rules.jaq import JAQ
@@ -121,11 +120,3 @@ def test_games(game):
     """Only in games of one state and certain rewards can a team settle."""
     with pytest.raises(ValidationError, match="one state and certain rewards: penalty, climbing"):
         Curve(figure=5, game=game, learner="IQ", reading="x", rule=IQ(), decays=(0.99,), settle=True)
-
-
-def test_curves():
-    """The study has one such curve, over all decays of Figure 5, and confirms it."""
-    found = [(sweep.name, curve.reading, len(curve.decays)) for sweep in sweeps(Design(sensitivity=True))
-             for curve in sweep.curves if curve.settle]
-    assert found == [("figure-5-climbing-jaq-r100-s0", UNTIL_SETTLED, 8),
-                     ("confirmation-5-climbing-jaq-r4000-s1000", UNTIL_SETTLED, 1)]
