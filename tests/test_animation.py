@@ -139,11 +139,6 @@ def test_unrecorded_time():
     assert near(seen(found[-1][1], -0.3 - 0.028, 0.2 - 0.02), BLUE)
 
 
-@pytest.mark.parametrize("kind", [Kind.SSL, Kind.SIM2D])
-def test_other_leagues_have_films(kind):
-    assert len(pictures(film(played(ball=lambda t: (2 * t, 0.0)), kind=kind))) == 25
-
-
 @pytest.mark.parametrize(("start_s", "seconds"), [(0.0, 0.0), (-1.0, 5.0), (0.0, 121.0), (math.nan, 5.0), (0.0, math.nan)])
 def test_bad_times(start_s, seconds):
     """A start or length that makes no sense is refused."""
@@ -157,8 +152,3 @@ def test_start_after_end():
         film(start_s=9.0)
     with pytest.raises(NotFound, match=r"nothing to show from 2 s on"):
         film(start_s=2.0)
-
-
-def test_film_end():
-    """A film ends with the match."""
-    assert film(seconds=60.0) == film(seconds=2.0)

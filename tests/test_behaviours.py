@@ -116,12 +116,6 @@ def test_only_random():
     assert "striker-194-194" in asked.patterns["behaviour_id"]
 
 
-def test_partly_random():
-    """Moving randomly may be part of a behaviour."""
-    found = table(("striker", [194, 1], 9, 4.0, 2.0))
-    assert select(found, 10, ANY, ONE).patterns["behaviour_id"].to_list() == ["striker-194-001"]
-
-
 def test_no_grams():
     """No grams give no behaviours."""
     chosen = select(table(), 100, ANY, ONE)

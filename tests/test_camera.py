@@ -82,17 +82,6 @@ class TestNoise:
         assert np.abs(off[..., [X, Y]].mean(axis=0)).max() < 4 * 0.003 / math.sqrt(4000)
         assert (seen[:, BALL, [THETA, OMEGA]] == 0).all()  # a ball heads nowhere
 
-    def test_each_kind_by_itself(self):
-        """Noise of places and noise of headings do not change each other."""
-        match = standing(50)
-        places, _ = film(camera(position_noise=0.003), match)
-        headings, _ = film(camera(heading_noise=0.02), match)
-        both, _ = film(camera(position_noise=0.003, heading_noise=0.02), match)
-        assert (places[..., THETA] == 0).all()
-        assert (headings[..., [X, Y]] == match[..., [X, Y]]).all()
-        assert (both[..., X] == places[..., X]).all()
-        assert (both[..., THETA] == headings[..., THETA]).all()
-
     def test_headings_wrap(self):
         """Noisy headings stay within half a turn, and crossing it is no turn."""
         match = standing(500)

@@ -28,11 +28,9 @@ from pitchlore.pipeline.stages.values.shooting import CONTROLS, fit_shots, left_
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.content.answers import kept
-from pitchlore.pipeline.views.scout.content.chances import known_in, rests_on, size, with_chances
 from pitchlore.pipeline.views.scout.content.matches import line
 from pitchlore.pipeline.views.scout.content.sources import played
 from pitchlore.pipeline.views.scout.content.write import write_pages
-from pitchlore.pipeline.views.scout.facts import mean_number
 from pitchlore.schemas import Chances, Shots
 
 VSSS = PITCHES[Kind.VSSS]
@@ -314,20 +312,3 @@ def test_page_is_anew(store, tmp_path):
     own.commit(work, Made([(table.with_columns(goals=pl.lit(7, dtype=pl.Int32)), Chances)], details={"goals_at_least": 20}))
     write_pages(own)
     assert "became 7 goals" in (own.root / "scout" / "matches" / f"{match.name}.html").read_text()
-
-
-def test_shots_have_theirs(store):
-    """Each shot is beside its own chance."""
-    for match in played(store):
-        both = with_chances(match)
-        assert both.drop("xg").equals(match.shots)
-        assert both["xg"].equals(match.chances["xg"])
-
-
-def test_words(store):
-    """The number of matches is said; nothing is said of a match without shots."""
-    assert known_in(3, (mean_number([1.0, 2.0]), mean_number([1.0, 2.0]))).startswith("Expected goals are known in 2 of 3 matches.")
-    assert known_in(1, (None, None)).startswith("Expected goals are known in 0 of 1 match.")
-    assert rests_on(next(played(store)), Chances.empty()) == ""
-    assert size(None) == 0.0
-    assert 0.5 < size(0.0) < size(0.5) < size(1.0) < 2.5

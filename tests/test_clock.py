@@ -274,12 +274,6 @@ def test_constant_team(code):
     assert len(same) == 1
 
 
-def test_another_match():
-    """Each setting of the clock changes a match of a team that has a choice."""
-    same = {played(recipe(clock, seconds=40.0, explore=0.5), KNOWN)[0] for clock in (PAPER, LEAST, EVENTS, NOT_BEGUN)}
-    assert len(same) == 4
-
-
 def test_settings_of_seasons():
     """The paper's seasons keep the paper's clock, ids of matches included; best has ours, each ablation lacks one."""
     for name in ("paper", "paper-full35", "paper-level", "paper-literal"):

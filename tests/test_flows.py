@@ -23,7 +23,6 @@ from pitchlore.flows.run import (
 )
 from pitchlore.pipeline import matches as log_format
 from pitchlore.pipeline.base.errors import BadRecording, StorageFailed
-from pitchlore.pipeline.engine.catalog import catalog_path
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording, inbox
 from pitchlore.pipeline.engine.run import train_policy
@@ -35,7 +34,6 @@ from pitchlore.pipeline.settings import (
     Settings,
 )
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.query import ask
 from pitchlore.schemas import Policies
 
 pytestmark = pytest.mark.slow
@@ -66,17 +64,6 @@ def test_second_run(tmp_path, clips, finished):
     assert second.made == 0
     assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 1, 1]
     assert products(tmp_path) == products(finished)
-
-
-def test_the_catalogue_answers(finished):
-    """After a run the tables have rows, and no situations of a robot overlap."""
-    path = catalog_path(Store(finished))
-    for table in ("matches", "trajectories", "situations", "grams", "behaviours", "occasions", "decisions", "policies"):
-        assert ask(path, f"select count(*) from {table}").item() > 0
-    overlaps = ask(path, """
-        select count(*) from (select end_ns > lead(start_ns) over (partition by match_id, team, robot
-        order by start_ns) as crosses from situations) where crosses""")
-    assert overlaps.item() == 0
 
 
 def test_new_match(copied):
@@ -205,15 +192,6 @@ def test_other_training(copied):
     learned = ("version", "q")
     assert tables[0].drop(learned).equals(tables[1].drop(learned)), "visits count each match once"
     assert not tables[0]["q"].equals(tables[1]["q"])
-
-
-def test_seen_pairs(finished):
-    """Policies have exactly the pairs of state and behaviour that were seen."""
-    rows = ask(catalog_path(Store(finished)), """
-        select (select count(*) from policies) as pairs,
-               (select count(*) from occasions) as occasions,
-               (select count(*) from policies join occasions using (role, key, state, behaviour_id)) as shared""")
-    assert rows["pairs"].item() == rows["occasions"].item() == rows["shared"].item()
 
 
 def test_flow_from_file(monkeypatch):

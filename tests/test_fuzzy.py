@@ -138,22 +138,6 @@ class TestConditions:
         with pytest.raises(BadSettings, match="ball_speeed is not a signal"):
             compile_conditions(["ball_speeed is LOW"], {}, ["ball_speed"], lambda *_: fuzzy.lines(LOW))
 
-    def test_common_parts(self):
-        """Common parts of conditions are computed once."""
-        one = compile_conditions(["x is LOW and y is HIGH"], {}, ["x", "y"], lambda _, t: fuzzy.lines(self.TERMS[t]))
-        two = compile_conditions(
-            ["x is LOW and y is HIGH", "not (x is LOW and y is HIGH)"], {}, ["x", "y"],
-            lambda _, t: fuzzy.lines(self.TERMS[t]),
-        )
-        assert len(two.steps) == len(one.steps) + 1
-
-    @given(st.lists(st.floats(-10, 10) | st.just(np.nan), min_size=1, max_size=40))
-    def test_degrees_are_degrees(self, x):
-        """A degree is between 0 and 1, or unknown where its signal is."""
-        found = run("not very(x is LOW) or x is HIGH", {"x": x}, self.TERMS)
-        assert np.array_equal(np.isnan(found), np.isnan(x))
-        assert ((found >= 0) & (found <= 1) | np.isnan(found)).all()
-
     @pytest.mark.parametrize("rule", [rule for rule in RULES if rule.initial], ids=lambda rule: f"{rule.code} {rule.variant}")
     def test_degrees_place_edges_alone(self, rule):
         """A condition holds to the half exactly where tests of intervals do: degrees say where their edges lie, and no more."""
@@ -211,9 +195,3 @@ class TestAngles:
         parallel = fuzzy.terms(SCALES[Kind.VSSS])[Variable.ORIENTATION]["PARALLEL"]
         turn = signals.between(1.0, 0.0, along, -along)
         assert abs(run("x is T", {"x": [turn]}, {"T": parallel})[0] - 0.5) < ROUNDING
-
-    def test_well_known_angles(self):
-        """Well-known angles are exact up to rounding."""
-        assert signals.between(1.0, 1.0, -1.0, 1.0) == pi / 2
-        assert signals.between(1.0, 0.0, sqrt(2), -sqrt(2)) == pytest.approx(pi / 4)
-        assert isnan(signals.between(np.nan, 0.0, 1.0, 0.0))

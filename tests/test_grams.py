@@ -64,22 +64,12 @@ class TestValue:
         assert value(table, goals((1.0, "home")), HALF)["value"].to_list() == [0.5, 0.0, 0.0]
         assert value(table, goals(), HALF)["value"].to_list() == [0.0, 0.0, 0.0]
 
-    def test_next_goal(self):
-        """Only the next goal counts, in whatever order goals are given."""
-        table = situations(consecutive([1], each=1.0))
-        assert value(table, goals((3.0, "away"), (1.0, "home")), HALF)["value"].item() == 0.5
-
     def test_goal_of_unknown_team(self):
         """A value is zero before a goal of unknown team and never reaches over it."""
         table = situations(consecutive([1, 11, 21, 46], each=1.0), consecutive([1, 11, 21], team="away", each=1.0))
         valued = value(table, goals((1.0, "away"), (2.0, None), (4.0, "home")), HALF)
         # the goals that follow: away's at 1; nobody knows whose at 2; home's at 4
         assert valued["value"].to_list() == [-0.5, 0.0, 0.25, 0.5, 0.5, 0.0, -0.25]
-
-    def test_part_of_tick(self):
-        """A part of a tick counts as a part."""
-        table = situations(consecutive([1], each=1.0))
-        assert value(table, goals((0.5, "home")), HALF)["value"].item() == pytest.approx(0.5**0.5, abs=1e-12)
 
     @given(matches)
     @settings(max_examples=50)
@@ -124,13 +114,6 @@ class TestWindows:
         table = situations(consecutive([1, 11, 21, 46]))
         taken = np.array([False, True, False, False])
         assert codes_of(windows(followed(table, 0.2), 2, taken).key, 2).tolist() == [[21, 46]]
-
-    @given(st.lists(st.integers(0, 30), min_size=1, max_size=5), st.integers(1, 4))
-    @settings(max_examples=50)
-    def test_number_of_windows(self, lengths, n):
-        """A run of m situations has m - n + 1 windows."""
-        table = situations(*(consecutive([1] * m, start=100.0 * i, segment=i) for i, m in enumerate(lengths)))
-        assert len(windows(followed(table, 0.2), n).first) == sum(max(0, m - n + 1) for m in lengths)
 
     def test_out_of_order(self):
         """Situations out of order are refused."""
@@ -226,15 +209,6 @@ class TestMerge:
         parts = [merge([none, *rows[cut:]]), merge([none, *rows[:cut]])]
         assert_frame_equal(merge(parts), whole, check_exact=True)
         assert whole["count"].sum() == sum(table["count"].sum() for table in tables)
-
-    def test_sum_and_order(self):
-        """A merge adds over teams and matches, and sorts."""
-        table = situations(consecutive([21, 1, 21]), consecutive([1, 21], team="away"))
-        one = grams(sequence_of(table, goals((8.0, "home"))).drop("who"), 1)
-        total = spelt(merge(iter([one, one])), 1)
-        assert total.select("role", "codes", "n", "count").rows() == [
-            ("midfield", [1], 1, 4), ("midfield", [21], 1, 6)]
-
 
 class TestCover:
     def test_overlaps(self):

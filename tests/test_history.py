@@ -18,7 +18,7 @@ from pitchlore.flows.pruning import prune
 from pitchlore.flows.run import run_flow
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, StorageFailed
 from pitchlore.pipeline.engine.costs import Cost
-from pitchlore.pipeline.engine.history import LOG, Note, RunEntry, log, noted
+from pitchlore.pipeline.engine.history import LOG, Note, log, noted
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.tasks import run_pieces
@@ -222,8 +222,3 @@ def test_a_server_that_refuses(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pruning, "prune", refuse)
     assert run_flow(tmp_path)["policy"] is None
-
-
-def test_entry_is_small():
-    """An entry has no field that grows with the matches, but the failures that are reported."""
-    assert {"name", "what", "began", "seconds", "stages", "knowledge", "policy", "failures", "error"} == set(RunEntry.model_fields)

@@ -108,15 +108,6 @@ def test_one_now_one_tomorrow(season, call, monkeypatch, tmp_path):
     assert entrant(Store(data), OWN.id, {}).settings.kind == "learned"
 
 
-def test_games_in_a_row(season, monkeypatch, tmp_path):
-    """Without a number of games the next window opens after each, until the season is over."""
-    opened = script(monkeypatch, {1: BEGIN}, {1: BEGIN})
-    code, out, _ = season()
-    assert (code, len(opened)) == (0, 2)
-    assert out.index("game 1 of 2") < out.index("Learning from it") < out.index("game 2 of 2")
-    assert rows(tmp_path / "data")["left"].to_list() == [0, 0]
-
-
 def test_killed_while_learning(season, monkeypatch, tmp_path):
     """A game that was played is not played again if its process was killed while it learned."""
     opened = script(monkeypatch, {1: BEGIN}, {1: LEAVE})

@@ -86,10 +86,6 @@ class TestOccasions:
         hopeful = occasions([seen], 1, alone(optimistic=0.75))
         assert hopeful["initial"].to_list() == [0.75, 0.75, 0.75]
 
-    def test_of_nothing_are_none(self):
-        """No decisions give no occasions."""
-        assert Occasions.is_valid(occasions([], 1))
-
     def test_every_key(self):
         """Occasions are kept by every key, from fine to coarse."""
         near, far = np.zeros((2, 36), dtype=np.uint8)
@@ -197,19 +193,6 @@ class TestMerging:
         # of 1/2, 1/2, -1/4, 1/4: the mean of the squares is 10/64, the square of the mean 4/64
         assert found["spread"].to_list() == [0.0, 0.0, pytest.approx((6 / 64) ** 0.5)]
 
-    @pytest.mark.slow
-    @given(st.lists(st.lists(st.floats(-0.99, 0.99), min_size=1, max_size=40), min_size=2, max_size=5))
-    def test_behaviours_in_steps(self, parts):
-        """Behaviours merged in steps are those merged at once."""
-        whole = self.version(("striker-046", [value for part in parts for value in part]))
-        versions = [self.version(("striker-046", part)) for part in parts]
-        steps = versions[0]
-        for later in versions[1:]:
-            steps = merge_behaviours([steps, later], 1)
-        for found in (steps, merge_behaviours(versions, 1)):
-            assert found.drop("spread").equals(whole.drop("spread"))
-            assert found["spread"].item() == pytest.approx(whole["spread"].item(), abs=1e-12)
-
     def test_teams_apart(self):
         """The same behaviour of another team, or of a time when teams were not distinguished, stays apart."""
         ours, theirs, unknown = (
@@ -226,11 +209,6 @@ class TestBehaviours:
         Behaviours.validate(found)
         assert found["behaviour_id"].to_list() == ["striker-001-011", "goalkeeper-001", "midfield-046"]
         assert found["version"].unique().to_list() == [2]
-
-    def test_no_patterns(self):
-        """No patterns give no behaviours."""
-        assert Behaviours.is_valid(behaviours([], 1))
-
 
 class TestDiff:
     BEFORE = behaviours([patterns(("s", [1, 11], 0.5), ("s", [46], 0.2), ("m", [46], 0.2), **US._asdict())], 1)

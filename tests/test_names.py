@@ -95,21 +95,6 @@ def test_names():
     assert not lost, "\n".join(["", *lost])
 
 
-def test_names_notice(tmp_path):
-    """A file, one beside it, a heading, a dotted name, a role: what is not there is named with its line."""
-    (tmp_path / "pipeline").mkdir()
-    (tmp_path / "docs" / "decisions").mkdir(parents=True)
-    (tmp_path / "docs" / "decisions" / "log.md").write_text("# The log\n\n## Frames\n", encoding="utf-8")
-    module = tmp_path / "pipeline" / "a.py"
-    module.write_text(
-        '"""Of pipeline/a.py, b.py and pipeline/N.py.\n\n:func:`f`, :func:`g`, :func:`pipeline.a.f`, '
-        'docs/decisions/log.md, "Frames".\n"""\ndef f():  # docs/decisions/log.md ("Bytes"), pipeline.a.g\n    return 1\n',
-        encoding="utf-8")
-    assert missing(tmp_path, module) == [
-        "pipeline/a.py:1: no pipeline/b.py", "pipeline/a.py:3: no name g",
-        "pipeline/a.py:5: no heading 'Bytes' in docs/decisions/log.md", "pipeline/a.py:5: no pipeline.a.g"]
-
-
 @pytest.mark.parametrize("wing", ["flows", "pipeline"])
 def test_map(wing):
     """CONTRIBUTING's map has every module and room of a wing."""

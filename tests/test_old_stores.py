@@ -162,3 +162,5 @@ def test_earlier_enumerations(tmp_path):
     strange = growth.with_columns(pl.col("role").cast(pl.String).cast(pl.Enum([*ROLES, "nobody"])))
     with pytest.raises(SchemaMismatch, match="role"):
         from_parquet(written(strange, "growth/1"), Growth, where="old")
+    with pytest.raises(SchemaMismatch, match="missing role"):
+        from_parquet(written(growth.drop("role"), "growth/1"), Growth, where="lacking")

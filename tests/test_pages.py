@@ -46,19 +46,19 @@ def anchors(text: str) -> set[str]:
     return found
 
 
-def broken(root: Path, page: Path) -> list[str]:
+def broken(page: Path) -> list[str]:
     """Relative links of a page to no file, or to no heading; those of the reference are headings of the site's."""
-    made = {root / "docs" / "reference" / name: text for name, text in made_pages().items()}
+    made = {ROOT / "docs" / "reference" / name: text for name, text in made_pages().items()}
     out = []
     for number, line in prose(page.read_text(encoding="utf-8")):
         for link in LINK.findall(line):
             path, _, anchor = unquote(link).partition("#")
             target = (page.parent / path).resolve() if path else page
             if not target.exists():
-                out.append(f"{page.relative_to(root)}:{number}: no file {link}")
+                out.append(f"{page.relative_to(ROOT)}:{number}: no file {link}")
             elif (anchor and target.suffix == ".md"
                   and anchor not in anchors(made.get(target) or target.read_text(encoding="utf-8"))):
-                out.append(f"{page.relative_to(root)}:{number}: no heading {link}")
+                out.append(f"{page.relative_to(ROOT)}:{number}: no heading {link}")
     return out
 
 
@@ -66,14 +66,8 @@ def test_links():
     """Every relative link of every Markdown page leads to a file of the checkout, and to a heading of it."""
     pages = tracked("*.md")
     assert len(pages) > 60
-    lost = [line for page in pages for line in broken(ROOT, page)]
+    lost = [line for page in pages for line in broken(page)]
     assert not lost, "\n".join(["", *lost])
-
-
-def test_links_notice(tmp_path):
-    """A lost file, a lost heading: each is named with page and line."""
-    (tmp_path / "a.md").write_text("# A\n\n## One: two\n\n[b](b.md) [one](#one-two)\n[c](a.md#three)\n", encoding="utf-8")
-    assert broken(tmp_path, tmp_path / "a.md") == ["a.md:5: no file b.md", "a.md:6: no heading a.md#three"]
 
 
 SUBJECTS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
@@ -126,7 +120,7 @@ def command_lines(page: Path) -> Iterator[tuple[int, tuple[str, ...]]]:
         yield from ((number + 1, words) for one in given for words in commands("console", one))
 
 
-def refused(page: Path, root: Path = ROOT) -> list[str]:
+def refused(page: Path) -> list[str]:
     """Command lines of a page that the command line refuses; a mention may leave out an argument."""
     app, out = command_line(), []
     for line, words in command_lines(page):
@@ -138,7 +132,7 @@ def refused(page: Path, root: Path = ROOT) -> list[str]:
         except MissingArgumentError:
             continue
         except CycloptsError as why:
-            out.append(f"{page.relative_to(root)}:{line}: {' '.join(str(why).split())}")
+            out.append(f"{page.relative_to(ROOT)}:{line}: {' '.join(str(why).split())}")
     return out
 
 
@@ -149,11 +143,3 @@ def test_command_lines():
     assert sum(1 for page in pages for _ in command_lines(page)) > 150
     lost = [line for page in pages for line in refused(page)]
     assert not lost, "\n".join(["", *lost])
-
-
-def test_command_lines_notice(tmp_path):
-    """A command that is gone, an option that is gone, in each place where pages have commands."""
-    page = tmp_path / "a.md"
-    page.write_text("Call `pitchlore run --wrong`, or `pitchlore watch` with a league.\n\n    pitchlore scowt\n\n"
-                    "```console\nNAME=1 pitchlore runs --last two\npitchlore export MATCH --to csv\n```\n", encoding="utf-8")
-    assert [line.split(": ")[0] for line in refused(page, tmp_path)] == ["a.md:5", "a.md:1", "a.md:3"]

@@ -307,20 +307,6 @@ def test_influence():
     assert q["striker", 5, KICK] == 0.0
 
 
-@settings(max_examples=20)
-@given(st.lists(plays, min_size=1, max_size=3))
-def test_no_influence(robots):
-    """The influence rule without influence is Sarsa exactly."""
-    match = pl.concat([
-        decisions(*[(role, s, f"{role}-{code:03}", r, e, ep) for role, s, code, r, e, ep in rows], robot=robot)
-        for robot, rows in enumerate(robots)
-    ])
-    pairs = occasions(*match.select("role", "state", "behaviour_id").unique().rows())
-    alone, _ = train([match], pairs, None, PolicySettings(), 1, 1)
-    swayed, _ = train([match], pairs, None, PolicySettings(rule="influence", influence=0.0), 1, 1)
-    assert alone.equals(swayed)
-
-
 def test_two_versions():
     """Two versions at once, of the knowledge or of the parent, are refused."""
     known = occasions(("striker", 7, KICK))

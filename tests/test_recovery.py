@@ -22,7 +22,6 @@ from pitchlore.pipeline.settings import (
 )
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
-from pitchlore.schemas import Referee
 
 
 @pytest.fixture
@@ -248,16 +247,3 @@ def test_plausibility_checks(tmp_path):
     receipt, *_ = take_in(store, with_map(file))
     assert flaws(store)[receipt.name]["ball lost"] == 400
     assert flaws(store)[receipt.name]["scorer unknown"] == 2
-
-
-def test_whole_state(tmp_path):
-    """A map can say what a whole state means."""
-    store = Store(tmp_path / "data")
-    file = tmp_path / "odd.csv"
-    clip(0.0, 5.0).drop("score_home", "score_away").with_columns(
-        game_state=pl.col("game_state").str.replace("goal_b+kickoff_y", "tor+anstoss", literal=True)
-    ).write_csv(file)
-    (tmp_path / "map.toml").write_text('[states]\n"tor+anstoss" = "goal home"\n')
-    receipt, *_ = take_in(store, with_map(file))
-    referee = store.read_table(receipt, "referee", Referee).filter(pl.col("event") == "goal")
-    assert referee.select("team", "score_home", "score_away").rows() == [("home", 1, 0)]

@@ -1,13 +1,12 @@
 """The referee: crowds in a goal area, stalemates there, and how long it remembers them."""
 
-import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import literal_referee
-from support.refereed import ASIDE, EPS, LAWS, RESTARTS, VSSS, calls, first, in_play, scene, score
+from support.refereed import ASIDE, LAWS, RESTARTS, VSSS, calls, first, in_play, scene, score
 
 from pitchlore.pipeline.arena.physics.laws import (
     FOUL,
@@ -47,39 +46,6 @@ def crowd(end, attackers, defenders, half=0, ball=(0.65, -0.2), speed=1.0):
     return scene(ball=(end * ball[0], ball[1]), speed=speed, home=home, away=other)
 
 
-@pytest.mark.parametrize(
-    "bodies",
-    [
-        crowd(1, 1, 1), crowd(1, 0, 1), crowd(1, 3, 3, ball=(0.60, 0.0)), crowd(1, 3, 3, ball=(0.7, 0.35)),
-        crowd(1, 3, 3, ball=(-0.7, 0.0)), crowd(1, 3, 3, ball=(math.nan, math.nan), speed=math.nan),
-        scene(ball=(0.7, 0.0), home=((0.60, 0.0), (0.7, 0.35), (0.7, 0.0)), away=((0.7, -0.35), (-0.7, 0.0), IN)),
-    ],
-    ids=["one each", "goalkeeper", "ball on the line", "ball beside", "ball elsewhere", "ball unseen",
-         "robots on the lines"],
-)
-def test_no_crowd(bodies):
-    """A crowd needs the ball and two of a team inside the area; on its line is outside."""
-    assert first(bodies, in_play()) is None
-
-
-NEAR, FAR = 0.1125 - EPS, 0.1125 + EPS
-
-
-@pytest.mark.parametrize("end", [-1, 1])
-@pytest.mark.parametrize(
-    ("attacker", "defender", "due"),
-    [(NEAR, NEAR, GOAL_KICK), (NEAR, FAR, PENALTY), (FAR, NEAR, PENALTY), (FAR, FAR, PENALTY)],
-)
-def test_stalemate(end, attacker, defender, due):
-    """A ball stuck in a goal area is a goal kick if both teams are near it, else a penalty."""
-    ball = (end * 0.65, 0.1)
-    near = [[(ball[0], ball[1] + sign * d), ASIDE, ASIDE] for sign, d in ((1, attacker), (-1, defender))]
-    home, away = near if end > 0 else near[::-1]
-    state = in_play()
-    assert first(scene(ball, 0.0, home, away), state) == (301, FOUL)
-    assert state["due"] == due
-    attackers = HOME if end > 0 else AWAY
-    assert state["team"] == (attackers if due == PENALTY else 1 - attackers)
 
 
 # ---- crowds that are remembered: a table of scenes

@@ -145,15 +145,6 @@ def test_interval_ends(pooling, values, ends):
     assert (estimate.low, estimate.high) == pytest.approx(ends, abs=1e-5)
 
 
-def test_share_intervals():
-    """No interval of shares on the page goes below zero."""
-    games, _ = tables(season("paper", STATIC, 0, last=12), season("paper", STATIC, 1, last=12, other=lambda g: 4.0))
-    assert settings_compared(games)["other_low"].to_list() == [0.0]
-    assert beside_table_3(games, "paper")["low"].drop_nulls().to_list() == [0.0] * 12
-    found = judged(games, Growth.empty(), NONE)
-    assert claim(found, "nothing evolves")["low"] == 0.0
-
-
 def test_one_season():
     """One season is measured without an interval and not judged."""
     found = judged(*tables(season("paper", STATIC, other=evolving(0))), NONE)
@@ -229,13 +220,6 @@ def test_duplicate_season():
     again = season("paper", STATIC, 0, other=evolving(0), last=20, name="again")
     found = judged(*tables(season("paper", STATIC, 0, other=evolving(0)), again), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 1
-
-
-def test_row_order():
-    """Verdicts do not depend on the order of rows."""
-    games, growth = world()
-    shuffled = judged(*(table.sample(fraction=1.0, shuffle=True, seed=1) for table in (games, growth)))
-    assert shuffled.equals(judged(games, growth))
 
 
 def test_curves():

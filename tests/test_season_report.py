@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 from support.played import policy, starting
 from support.receipts import put_receipt, receipt_at
-from support.seasons import apprentices, evolving, rising, season, tables, world
+from support.seasons import apprentices, rising, season, tables, world
 
 from pitchlore.flows.cli import main
 from pitchlore.pipeline import arena
@@ -30,7 +30,6 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.pipeline.views.plots import seasons as plots
-from pitchlore.pipeline.views.plots.report import plots_of_seasons
 from pitchlore.pipeline.views.plots.style import plot_png
 from pitchlore.pipeline.views.report import NAME, sources, write_report
 from pitchlore.pipeline.views.report import tables as tables_in
@@ -84,25 +83,6 @@ def test_people_in_table_3():
         "against people (1 season)", "against human-like, a second script (5 seasons)"}
 
 
-def test_one_season():
-    """One season is enough to draw the figures, and only its opponent is in the legend."""
-    games, growth = tables(season("paper", "static", other=evolving(0)))
-    figure = plots.states(mean_curves(growth, {"states": pl.col("states")}, ["role"]))
-    assert labels(figure) == {"against static (1 season)"}
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) goalkeeper", "(b) midfield", "(c) striker"]
-    assert figure.axes[0].get_ylabel() == "states"
-    assert set(plots_of_seasons(games, growth)) == {"table-3", "figure-8", "figure-9", "figure-10"}
-
-
-def test_one_legend():
-    """A figure has one legend for all its panels."""
-    games, growth = world()
-    for figure in (plots.plot_known(mean_curves(growth.filter(pl.col("settings") == "paper"),
-                                                        {c: pl.col(c) for c in ("behaviours", "pairs")}, ["role"])),
-                   plots.progress(mean_curves(games.filter(pl.col("settings") == "best"), {"difference": DIFFERENCE, "other": OTHER}), 90)):
-        assert len(figure.legends) == 1
-
-
 def test_equal_bytes():
     """Equal tables give plots of equal bytes, whatever the order of their rows."""
     games, _ = world(2)
@@ -139,12 +119,6 @@ def test_page_of_markdown():
                      r"<figcaption>What <em>is</em> seen</figcaption>\s*</figure>", page)
     assert page.count("color: #00644a") == 2  # both cells, not the sentence
     assert page.count('<div class="table"><table>') == page.count("</table></div>") == 1
-
-
-def test_script_in_text():
-    """A page does not run a script that is in its text."""
-    page = web_page("T", "<script>alert(1)</script>", {}, {}).decode()
-    assert "<script>" not in page
 
 
 def test_people_on_page():

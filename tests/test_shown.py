@@ -54,13 +54,3 @@ def test_questions(folder):
     assert len(questions) > 4
     for question in questions:
         assert folder("derby").run(*commands("sql", question))
-
-
-def test_shown_says_what_prints_it(tmp_path, monkeypatch):
-    """A bare fence without a mark, or with one that cannot be read, is named."""
-    monkeypatch.setattr("support.shown.ROOT", tmp_path)
-    page = tmp_path / "page.md"
-    for mark in ("", "<!-- output: -->\n", "<!-- output: derby 3- -->\n", "<!-- not run: -->\n"):
-        page.write_text(f"# A\n\n{mark}```\n1\n```\n", encoding="utf-8")
-        with pytest.raises(ValueError, match=r"page\.md:"):
-            shown(page)

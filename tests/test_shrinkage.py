@@ -4,16 +4,13 @@
 import numpy as np
 import polars as pl
 import pytest
-from support.outputs import written
 
-from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.estimates import estimated
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.select import select
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
 from pitchlore.pipeline.stages.knowledge import merge_behaviours
-from pitchlore.pipeline.store.tables import from_parquet, to_parquet
 from pitchlore.schemas import Behaviours, Grams
 
 Z = 1.959964
@@ -235,28 +232,3 @@ class TestMerging:
         merged = merge_behaviours([known(1), known(2).with_columns(**nothing)], 2)
         assert merged["value"].to_list() == pytest.approx(merged["mean"].to_list())
         assert (merged["high"] - merged["low"]).to_list() == pytest.approx((2 * Z * merged["error"]).to_list())
-
-    def test_one_part(self):
-        """A version alone is itself."""
-        one = known(1)
-        merged = merge_behaviours([one], 1)
-        for name in ("value", "low", "high", "spread"):
-            assert merged[name].to_list() == pytest.approx(one[name].to_list(), abs=1e-9)
-
-
-class TestFilesOfVersion1:
-    """Files of Behaviours version 1 have no intervals, and can be read."""
-
-    def test_newer_columns(self):
-        """The columns that are newer are null."""
-        found = from_parquet(written(old(1).drop(NEW), "behaviours/1"), Behaviours, where="old")
-        assert found.equals(old(1))
-        Behaviours.validate(found)
-        assert from_parquet(to_parquet(found, Behaviours, where=""), Behaviours, where="").equals(found)
-
-    def test_other_versions(self):
-        """A file of a later version is refused, and so is one that lacks an old column."""
-        with pytest.raises(SchemaMismatch, match="behaviours/3"):
-            from_parquet(written(old(1).drop(NEW), "behaviours/3"), Behaviours, where="new")
-        with pytest.raises(SchemaMismatch, match="missing support"):
-            from_parquet(written(old(1).drop([*NEW, "support"]), "behaviours/1"), Behaviours, where="lacking")

@@ -69,27 +69,6 @@ def test_errors():
     assert best_matching_units(ours, distinct).tolist() == winners
 
 
-def test_training():
-    """A trained map fits the samples better than one prototype would."""
-    _, distinct, counts = drawn()
-    assert fit(distinct, counts).quantisation_error < 0.8 * fit(distinct, counts, 1, 1).quantisation_error
-
-
-def test_one_neuron():
-    """A single neuron is the weighted mean of the samples."""
-    som = fit([[1, 11], [21, 11]], [3, 1], rows=1, columns=1)
-    assert som.weights.tolist() == [[6.0, 11.0]]
-    assert som.topographic_error == 0
-
-
-def test_code_families():
-    """Two neurons tell the family of the codes 138 to 140 apart from code 1."""
-    som = fit([[1], [138], [139], [140]], [5, 5, 5, 5], rows=1, columns=2, sigma_end=0.1, epochs=20)
-    units = best_matching_units(som, np.array([[1], [138], [139], [140]], dtype=np.int16))
-    assert len(set(units[1:].tolist())) == 1
-    assert units[0] != units[1]
-
-
 def test_seed_decides():
     """Equal seeds give equal weights, and another seed gives others."""
     _, distinct, counts = drawn()

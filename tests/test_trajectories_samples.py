@@ -80,16 +80,6 @@ def test_wild_time(at):
     assert quality.select("flaw", "count").rows() == [("clock leap ahead", 1)]
 
 
-def test_jump_back_over_gap():
-    """Frames of a clock that jumps back over a gap and further are left out until it catches up."""
-    before, after, again = at_60hz(10), 20 + at_60hz(1), 5 + at_60hz(25)
-    t = np.concatenate((before, after, again))
-    table, quality = run(make_log(t, {"ball": still(len(t))}))
-    kept = np.concatenate((before, after, again[again > after[-1]]))
-    assert table["t_ns"].to_list() == ns(kept).tolist()
-    assert quality.filter(pl.col("flaw") == "clock jump back")["count"].to_list() == [len(t) - len(kept)]
-
-
 @given(
     st.lists(st.integers(0, 3_000_000_000), min_size=1, max_size=60),
     st.sampled_from([0, 1_000_000, 500_000_000]),

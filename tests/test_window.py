@@ -91,16 +91,6 @@ class TestPads:
         full = pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=y, value=-32768, instance_id=0)
         assert controls.listen([full]).command.forward == 1
 
-    def test_buttons(self):
-        """The buttons boost, switch, drive, pause and leave."""
-        controls = Controls()
-        asked = controls.listen([button(pygame.CONTROLLER_BUTTON_A), button(pygame.CONTROLLER_BUTTON_X)])
-        assert (asked.command, asked.switch) == (DriveCommand(boost=True), "next")
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_A, down=False)]).command == DriveCommand()
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_DPAD_UP)]).command == DriveCommand(forward=1)
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_START)]).paused
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_BACK)]).leave
-
     def test_unplugged(self):
         """An unplugged pad lets go and pauses, but keys stay held."""
         controls = Controls()
@@ -276,23 +266,6 @@ class TestPlay:
         row = store.read_table(receipt, "matches", Matches).row(0, named=True)
         assert row["incomplete_reason"].startswith("left after 1.3")  # 90 frames, of which 10 were a pause
 
-    def test_log_elsewhere(self, monkeypatch, call, tmp_path):
-        """The log of a match can be imported into another data folder."""
-        from pitchlore.pipeline.engine.matches import take_in
-        from pitchlore.pipeline.engine.recordings import Recording
-
-        script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
-        report, store, receipt, match = played(call, tmp_path / "here")
-        file = tmp_path / "mine.mcap"
-        file.write_bytes(store.read(receipt, "log"))
-        there = Store(tmp_path / "there")
-        imported, new, _ = take_in(there, Recording(file=file))
-        assert new
-        assert imported.name == report["match_id"]
-        again = log.read(there.read(imported, "log"), where="there")
-        assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
-        assert again.info == match.info
-
     def test_final_whistle(self, monkeypatch, call, tmp_path):
         """A person can play as away to the final whistle, and a pause takes nothing off the match."""
         script(monkeypatch, {1: [key(pygame.K_UP)], 20: [key(pygame.K_p)], 50: [key(pygame.K_p)]})
@@ -343,13 +316,6 @@ class TestPlay:
         assert (code, error.count("\n")) == (1, 1)
         assert said in error
         assert not (tmp_path / "matches").exists()
-
-    def test_unknown_team(self, call, tmp_path):
-        """An unknown opponent is refused."""
-        code, _, error = call("play", "--against", "brazil", "--data", tmp_path)
-        assert code == 1
-        assert "'brazil' is no team" in error
-
 
 def test_without_pygame(monkeypatch, call, tmp_path):
     """Without pygame, play says in one line how to install it."""

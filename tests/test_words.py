@@ -102,17 +102,3 @@ def test_help():
     """No command's help begins with such a word; the arguments of commands are in their docstrings."""
     texts = [command.help for command in COMMANDS] + list(GROUPS.values())
     assert [text for text in texts if TURNED.match(text)] == []
-
-
-@pytest.mark.parametrize(("name", "text", "lines"), [
-    ("a.py", '"""What it does."""\n', [1]),
-    ("a.py", 'class A:\n    """Whose it is."""\n\n    def f(self):\n        """Of a thing."""\n', [2, 5]),
-    ("a.py", 'def f(a):\n    """Do it.\n\n    Args:\n        a: what to do.\n        b: whether to.\n    """\n', [5]),
-    ("a.py", '"""Whatever it does, of a thing."""\n', []),
-    ("a.md", "# Who\n\n```\n# What\n```\n\n## `Which` one\n", [1, 7]),
-])
-def test_found(name, text, lines, tmp_path, monkeypatch):
-    """Such beginnings are found, and the like are not."""
-    (tmp_path / name).write_text(text)
-    monkeypatch.setattr("test_words.ROOT", tmp_path)
-    assert [int(place.split(":")[1].split()[0]) for place in turned(tmp_path / name)] == lines
