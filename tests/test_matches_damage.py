@@ -31,9 +31,10 @@ from pitchlore.pipeline import matches
 from pitchlore.pipeline.base.errors import DamagedLog, NoFrames
 from pitchlore.pipeline.matches import description
 from pitchlore.pipeline.matches.channels import COMMAND
-from pitchlore.pipeline.matches.chunks import Decompressor, unseal
+from pitchlore.pipeline.matches.chunks import unseal
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.matches.records import FRAMING_BYTES
+from pitchlore.pipeline.matches.zstd import Decompressor
 from pitchlore.schemas import Commands, Decisions, Quality, Referee
 
 

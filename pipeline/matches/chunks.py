@@ -20,9 +20,8 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 
 from pitchlore.pipeline.matches.records import McapRecords, as_array, walk
+from pitchlore.pipeline.matches.zstd import Decompressor
 from pitchlore.pipeline.numbers.arrays import I64, U8
-
-Decompressor = zstandard.ZstdDecompressor
 
 #: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
@@ -113,11 +112,7 @@ def seal(
 
 
 def unseal(body: memoryview, frames: Decompressor) -> tuple[U8, McapRecords]:
-    """Content of a chunk and the records in it, after all checks.
-
-    Args:
-        body: body of the chunk's record.
-        frames: decompressor of Zstandard frames, the same for all chunks of a file.
+    """Content of a chunk and the records in it, after all checks; all chunks of a file share a decompressor.
 
     Raises:
         DamagedChunk: if its size exceeds ``MAX_CHUNK_BYTES`` or differs from what it declares, its CRC

@@ -27,16 +27,10 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 from pitchlore.pipeline.base.errors import DamagedLog
-from pitchlore.pipeline.matches.chunks import (
-    MAX_CHUNK_BYTES,
-    ChunkHead,
-    DamagedChunk,
-    Decompressor,
-    unseal,
-    unseal_cut,
-)
+from pitchlore.pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal, unseal_cut
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.matches.records import FRAMING_BYTES, McapRecords, as_array, find_records, walk
+from pitchlore.pipeline.matches.zstd import Decompressor
 from pitchlore.pipeline.numbers.arrays import U8
 
 #: Most bytes of content of all chunks; a file that declares more is not read.

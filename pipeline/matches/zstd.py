@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zstandard
 
+Decompressor = zstandard.ZstdDecompressor
 #: What a Zstandard frame begins with.
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 #: Largest window, bytes: what the format's own tools accept without being asked for more.
