@@ -54,6 +54,12 @@ def same(one: MatchLog, two: MatchLog) -> bool:
     (LONG.encode("utf-16-be"), True),
     (LONG.encode("latin-1"), True),
     (LONG.replace("\n", "\r\n").encode("cp1252"), True),
+    (LONG.replace("\n", "\r").encode(), False),
+    (b"\n \n# of the final\n" + LONG.encode(), False),
+    (b"sep=;\r\n" + LONG.replace(",", ";").encode(), False),
+    (LONG.replace(",", "|").encode(), False),
+    (LONG.replace("\n", ",\n").encode(), False),
+    (LONG.replace("-", "\u2212").encode(), False),
 ])
 def test_encodings(data: bytes, said: bool) -> None:
     """A table is read in whatever it is written; an encoding that the file does not say is a flaw."""
@@ -213,6 +219,9 @@ def test_no_word_twice() -> None:
     (HEADLESS, "", (r"^game.csv: has no header; its first line is '0,0.0,ball,,0.5,-0.25,'\. "
                     r"Number its columns from 1 in a map: \[columns\] t = 1, .*\.$")),
     (HEADLESS, NUMBERED.replace("heading = 7", "heading = 9"), "has no column number 9; it has number 1, number 2"),
+    (LONG.replace("\n", "\n-,s,-,-,m,m,rad\n", 1), "", "looks like a table of positions, .* leave out titles and units"),
+    ("A match\n" + LONG, "", "looks like a table of positions, but its first line is no header"),
+    (HEADLESS.replace("ball", "réds").replace("greens", "réds"), NUMBERED, "has the teams réds besides 'ball', and not two"),
     ("t,x1,y1,x2,y2\n0,0,0,1,1\n1,0,0,1,1\n", "",
      r"bodies of no team: x1, y1, x2, y2\. Say whose they are in a map: \[bodies\]"),
     (WIDE.replace("frame,t,", "frame,quux,"), "", r"has no time, only frame\. .*\[time\] hz = 10"),

@@ -1,5 +1,6 @@
 """RoboCup 2D text logs: hand-written ones with known values, and damaged ones."""
 
+import gzip
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -558,6 +559,9 @@ def test_several_logs_are_imported(tmp_path: Path) -> None:
     (b'{"frame": 0, "timestamp": null, "image_corners_projection": {}}\n', "kloppy:skillcorner"),
     (b'{"period": 1, "frameIdx": 0, "gameClock": 0.0, "homePlayers": []}\n', "kloppy:secondspectrum"),
     (b'{"version": "4.1.0", "gameRefId": 10517.0}\n', "kloppy:pff METADATA ROSTERS FILE"),
+    (b"PK\3\4\x14\0[Content_Types].xml", "spreadsheet of Excel. Save its sheet of positions as CSV"), (b"PK\3\4\x14\0a.rcg", "a zip archive"),
+    (b"BZh91AY", "packed with bzip2"), (b"\xfd7zXZ\0", "xz"), (b"a.rcg".ljust(257, b"\0") + b"ustar", "or tar"),
+    (gzip.compress(gzip.compress(b"ULG6\n")), "is packed twice. Unpack it once"), (b"%PDF-1.4", "is a PDF"),
     (b'{\n  "FrameData": [\n', "kloppy:tracab"), (b'[\n {\n "utc_time": 17, "phase": 1', "kloppy:signality"),
 ])
 def test_unread(head: bytes, says: str) -> None:

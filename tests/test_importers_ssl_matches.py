@@ -106,6 +106,7 @@ SECOND = "RoboTeam 1 : 0 ER-Force, goal 10 home, end 20"
      ["ZJUNlict 2 : 1 TIGERs, goal 10 home, goal 20 home, goal 60 away, end 70"]),
     ("0 pre STOP T0 Z0 | 2 1st NORMAL_START T0 Z0 | 4 pre HALT T0 Z0 | 6 1st NORMAL_START T0 Z0 | 20 1st STOP T0 Z1",
      ["ZJUNlict 1 : 0 TIGERs, goal 20 home"]),  # a kick-off that is taken again
+    (HALF + "| 30 1st STOP T0 Z7 | 32 1st STOP T0 Z2 | 40 1st NORMAL_START T0 Z2", [ZT]),  # it was typed wrongly
     (HALF + "| 40 post HALT T10 Z0", ["ZJUNlict 0 : 10 TIGERs, end 40"]),  # a forfeit is no goals
     # the controller crashes and is started anew, in the match
     (HALF + "| 30 1st HALT T0 Z2 @new | 34 1st FORCE_START T0 Z2 @new | 50 1st STOP T0 Z3 @new",
@@ -122,6 +123,13 @@ SECOND = "RoboTeam 1 : 0 ER-Force, goal 10 home, end 20"
      "| 50 2nd STOP Z1 T0"), ["ZJUNlict 1 : 0 TIGERs, half 30, goal 50 home, #1 from 32"]),
     (HALF + "| 40 ht HALT T0 Z2 | 44 ht STOP Z2 R0 | 48 2nd NORMAL_START Z2 R0",  # one of the names is typed anew
      ["ZJUNlict 2 : 0 RoboTeam, goal 10 home, goal 20 home, half 40, #1 from 44"]),
+    # without names the scores tell; a change by mistake is none
+    (HALF + "| 40 ht HALT T0 Z2 | 42 ht HALT -0 -2 | 44 pre2 STOP -2 -0 | 48 2nd NORMAL_START -2 -0 | 60 2nd STOP -2 -1 | 75 post HALT -2 -1",
+     ["ZJUNlict 2 : 1 TIGERs, goal 10 home, goal 20 home, half 40, goal 60 away, end 75, #1 from 44"]),
+    (("0 pre STOP -0 -0 | 2 1st NORMAL_START -0 -0 | 10 1st STOP -0 -1 | 40 ht HALT -0 -1 | 44 ht HALT -1 -0 | 48 2nd NORMAL_START -1 -0"
+     "| 60 2nd STOP -1 -1"), ["blue 1 : 1 yellow, goal 10 home, half 40, goal 60 away, #1 from 44"]),
+    (HALF + "| 40 ht HALT T0 Z2 | 42 ht HALT Z2 T0 | 44 ht HALT T0 Z2 | 48 2nd NORMAL_START T0 Z2 | 60 2nd STOP T0 Z3",
+     ["ZJUNlict 3 : 0 TIGERs, goal 10 home, goal 20 home, half 40, goal 60 home"]),
     # and once more in overtime, before a shoot-out whose goals count by themselves
     (HALF + "| 30 ht HALT T0 Z2 | 32 ht HALT Z2 T0 | 34 2nd NORMAL_START Z2 T0 | 36 2nd STOP Z2 T2 | 40 otbreak HALT Z2 T2"
      "| 42 ot1 NORMAL_START Z2 T2 | 44 otht HALT Z2 T2 | 46 otht HALT T2 Z2 | 48 ot2 NORMAL_START T2 Z2 | 50 sobreak HALT T2 Z2"

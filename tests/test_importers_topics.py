@@ -92,6 +92,17 @@ def test_holes(change: Callable[[list], list], found: list, says: str | None) ->
     assert all(0 <= row["start_ns"] < row["end_ns"] for row in match.quality.filter(flaw="gap").iter_rows(named=True))
 
 
+@pytest.mark.parametrize("channels", [1, 2])
+@pytest.mark.parametrize("later", [0, 1_000_000])
+def test_recorded_twice(channels: int, later: int) -> None:
+    """Messages that two channels have, or two recorders, count once: no goal is doubled."""
+    match = read(rewritten(DATA, lambda messages: [
+        (topic, number, t + later * again, data) for topic, number, t, data in messages for again in (0, 1)], channels=channels), "final.mcap")
+    assert rows_of(match.frames) == rows_of(LOG.frames)
+    assert match.referee["event"].to_list() == LOG.referee["event"].to_list()
+    assert flaws(match) == [("skipped", len(LOG.frames))]
+
+
 def test_said_by_a_map() -> None:
     """A map gives teams, pitch and direction of a log that does not say them; one that does keeps its own."""
     said = load_map('[teams]\nnames = {home = "Lions", away = "Tigers"}\nhome_attacks = "left"\n[pitch]\nkind = "ssl"\n')

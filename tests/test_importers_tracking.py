@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from support.recordings import RSIM, recording, same_frames
 from support.tracking import FRAME, HEADER, course, flaws, parquet, read, robots
 
-from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap, load_map
 
@@ -158,10 +157,11 @@ def test_almost_falling() -> None:
 
 
 def test_countdown() -> None:
-    """A clock that counts down is refused."""
-    lines = [f"{i},{600 - i},{team},1,{x},0\n" for i in range(5) for team, x in (("a", 0.7), ("b", -0.7))]
-    with pytest.raises(BadRecording, match=r"times that fall while its frame numbers rise\. If t counts down"):
-        read("frame,t,team,player,x,y\n" + "".join(lines))
+    """A table without frame numbers whose times fall while the score rises has a clock that counts down."""
+    lines = [f"{600 - i},{team},1,{x},0,{i // 3},0\n" for i in range(5) for team, x in (("a", 0.7 + i / 100), ("b", -0.7))]
+    match = read("t,team,player,x,y,score_home,score_away\n" + "".join(lines), load_map("[teams]\nhome = 'a'"))
+    assert np.round(match.frames.robots["x"][::2], 2).tolist() == pytest.approx([0.7, 0.71, 0.72, 0.73, 0.74])
+    assert match.referee.select("score_home").row(-1) == (1,)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from pitchlore.pipeline.importers.directions import infer_periods
 from pitchlore.pipeline.importers.packets.recording import is_recording
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.topics import reading as topics
+from pitchlore.pipeline.importers.topics.once import recorded_once
 from pitchlore.pipeline.importers.tracking.guesses import guess_pitch
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog
@@ -50,7 +51,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     except NoFrames as error:
         raise topics.unnamed(source) or error from error
     if log.info.recording == source.sha256:
-        log = _placed(log, mapping)
+        log = _placed(recorded_once(log), mapping)
     if source.damage is None:
         return log
     reasons = [reason for reason in (source.damage, log.info.incomplete_reason) if reason is not None]

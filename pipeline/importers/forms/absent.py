@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.importers.forms.angles import is_within_a_turn
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
 
@@ -21,18 +22,27 @@ _LOOK, _LEAST = 20_000, 20
 _JUMP = 0.1
 #: ... and share of its visits that begin and end with one.
 _VISITS = 0.8
+#: ... and on one axis, where bodies seldom jump to places beside it and from them.
+_SOME, _RARELY = 0.5, 0.1
 #: Places so near the middle of all others are the pitch's centre, as a share of their reach.
 _CENTRAL = 0.05
-#: Visits of the ball there, and their length in ns, from which on it was not put there.
-_OFTEN, _SHORT_NS = 10, 300_000_000
+#: The ball is put there from a goal, but does not leave it by such a jump, as a share of their reach, within
+#: so many ns; one that comes from nearer, as a share of half of how far places reach along, was in no goal.
+_LEAP, _AT_ONCE_NS, _SHORT_OF_GOAL = 0.25, 150_000_000, 0.8
+#: A number so many times the reach of all others beyond the next one is no place of a body that stands still.
+_FURTHER = 10.0
+#: A kick-off takes as long, ns.
+_KICK_OFF_NS = 1_000_000_000
+#: Samples of a body that is at one place from which on it was never seen, if x is y there.
+_TELLING = 100
+#: Rows of each of the three windows in which jumps on one axis are looked for.
+_WINDOW = 8_000
 #: Share of samples before an earlier one of their body from which on the order of a file is not that of time.
 _FALLS = 0.01
 #: The ball's side.
 _BALL = 2
 #: Most numbers of one table that stand for it.
 _MOST = 4
-#: A turn in radians, and in the smallest unit of headings, gradians.
-_TURN, _LARGEST_TURN = 2 * np.pi, 400.0
 #: Larger numbers are none of a table: what is damaged is not looked at.
 _NUMBERS = 1e12
 
@@ -40,8 +50,9 @@ _NUMBERS = 1e12
 def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
     """Table with places and headings null where a number stands for "not seen", and a flaw for each number.
 
-    Such a number recurs exactly. Either it is far off all other places, or it stands for both x and y, and is
-    beyond all other places, or bodies jump to it and from it.
+    Such a number recurs exactly. It is far off all other places. Or it stands for both x and y, and is beyond
+    all other places, or bodies jump to it and from it, or a body is nowhere else. Or bodies jump to it and
+    from it on one axis.
 
     Args:
         table: in the file's units: ``x``, ``y`` Float64, ``side``, ``id``, ``t_ns``, and optionally
@@ -51,23 +62,26 @@ def nothing_seen(table: pl.DataFrame) -> tuple[pl.DataFrame, list[Flaw]]:
     moving = [column for column in ("heading", "vx", "vy", "omega") if column in table.columns]
     while len(flaws) < _MOST:
         far = _far_off(table, ("x", "y"))
-        found = _jumped_to(table) if far is None else (far, True)
-        if found is None:
-            break
-        value, of_ball = found
-        one, two = pl.col("x") == value, pl.col("y") == value
-        at = one & two & (of_ball | (pl.col("side") != _BALL)) if far is None else one | two
-        count = int(table.select(at.sum()).item())
+        if far is not None:
+            value, at = far, ((table["x"] == far) | (table["y"] == far)).fill_null(False).to_numpy()
+        else:
+            found = _jumped_to(table) or _jumped_on_an_axis(table)
+            if found is None:
+                break
+            value, at = found
         table = table.with_columns(
-            pl.when(at).then(None).otherwise(pl.col(column)).alias(column) for column in ("x", "y", *moving))
-        note = f"places of {value:g} recur exactly and are no places: taken for not seen"
-        flaws.append(Flaw("assumed", note, count))
+            pl.when(pl.Series(at)).then(None).otherwise(pl.col(column)).alias(column)
+            for column in ("x", "y", *moving))
+        note = f"places of {value + 0.0:g} recur exactly and are no places: taken for not seen"
+        flaws.append(Flaw("assumed", note, int(at.sum())))
     for column in moving:
         far = _far_off(table, (column,))
-        if far is not None and not (column == "heading" and _is_direction(far, table[column])):
-            note = f"{column} is {far:g} in rows where it is not known: left out"
-            flaws.append(Flaw("assumed", note, int((table[column] == far).sum())))
-            table = table.with_columns(pl.when(pl.col(column) != far).then(pl.col(column)))
+        if far is None or (column == "heading" and is_within_a_turn(
+                far, _finite(table[column].filter(table[column] != far)))):
+            continue
+        note = f"{column} is {far:g} in rows where it is not known: left out"
+        flaws.append(Flaw("assumed", note, int((table[column] == far).sum())))
+        table = table.with_columns(pl.when(pl.col(column) != far).then(pl.col(column)))
     return table, flaws
 
 
@@ -75,12 +89,6 @@ def _finite(column: pl.Series) -> F64:
     """Numbers of a column, but for damage."""
     values: F64 = column.fill_null(float("nan")).to_numpy()
     return values[np.abs(values) < _NUMBERS]
-
-
-def _is_direction(value: float, column: pl.Series) -> bool:
-    """True if a number is within a turn, as headings of robots that face one way may be, exactly."""
-    others = np.abs(_finite(column.filter(column != value)))
-    return abs(value) <= (_TURN if others.max(initial=0.0) <= _TURN else _LARGEST_TURN)
 
 
 def _far_off(table: pl.DataFrame, axes: Sequence[str]) -> float | None:
@@ -100,9 +108,18 @@ def _far_off(table: pl.DataFrame, axes: Sequence[str]) -> float | None:
                 continue
             rest = values[values != end]
             near = rest.max() if end > high else rest.min()
-            if abs(end - near) > reach and len(values) - len(rest) >= _RECURS:
+            if abs(end - near) > reach and len(values) - len(rest) >= _RECURS and (
+                    abs(end - near) > _FURTHER * reach or not _stands(table, axis, end)):
                 return float(end)
     return None
+
+
+def _stands(table: pl.DataFrame, axis: str, value: float) -> bool:
+    """True if the bodies with a number on an axis always have it there, and another on the other axis."""
+    there = table.group_by("side", "id").agg(
+        (pl.col(axis) == value).any().alias("any"), (pl.col(axis) == value).all().alias("all"),
+        (pl.col("x") == pl.col("y")).all().alias("same"))
+    return there.filter(pl.col("any") & (~pl.col("all") | pl.col("same"))).is_empty()
 
 
 def _at(end: object) -> float:
@@ -110,10 +127,10 @@ def _at(end: object) -> float:
     return float(end) if isinstance(end, float) else np.inf
 
 
-def _jumped_to(table: pl.DataFrame) -> tuple[float, bool] | None:
-    """A number that is both x and y of bodies that jump there and away again, and whether of the ball, too.
+def _jumped_to(table: pl.DataFrame) -> tuple[float, Bools] | None:
+    """A number that is both x and y of bodies that jump there and away again, and the rows in which it is.
 
-    The ball is put to the pitch's centre, so that of its visits there only many short ones tell.
+    The ball is put to the pitch's centre, so that of its visits there only those tell that end with a leap.
     """
     x, y = (table[axis].fill_null(float("nan")).to_numpy() for axis in ("x", "y"))
     same = np.flatnonzero(x == y)
@@ -122,58 +139,160 @@ def _jumped_to(table: pl.DataFrame) -> tuple[float, bool] | None:
     if not len(often):
         return None
     often = often[np.argsort(-counts[often], kind="stable")][:_MOST]
-    side = table["side"].to_numpy()
-    who = side * (1 << 16) + table["id"].to_numpy()
-    rows = np.flatnonzero(np.isin(who, np.unique(who[same])))
-    rows = rows[np.argsort(who[rows], kind="stable")]
-    t_ns = table["t_ns"].to_numpy()
-    if np.count_nonzero((np.diff(t_ns[rows]) < 0) & (np.diff(who[rows]) == 0)) > _FALLS * len(rows):
-        rows = rows[np.lexsort((t_ns[rows], who[rows]))]
-    samples = _Samples(side[rows], who[rows], t_ns[rows], np.stack([x[rows], y[rows]], axis=1))
-    ball = samples.side == _BALL
-    for value in values[often]:
+    who = _who(table)
+    samples = _Samples.of(table, np.flatnonzero(np.isin(who, np.unique(who[same]))))
+    ball = table["side"].to_numpy() == _BALL
+    ends_of = {}
+    for value in values[often].tolist():
         ends = [(rest.min(), rest.max()) for axis in (x, y)
                 if len(rest := axis[(axis != value) & (np.abs(axis) < _NUMBERS)])]
-        if len(ends) < 2:
-            continue
-        if any(max(value - high, low - value) > _JUMP * (high - low) > 0 for low, high in ends):
-            return float(value), True
-        jump = _JUMP * float(np.hypot(*(high - low for low, high in ends)))
+        if len(ends) == len("xy"):
+            ends_of[value] = ends
+            if any(max(value - high, low - value) > _JUMP * (high - low) > 0 for low, high in ends):
+                return value, (x == value) & (y == value)
+    for value, ends in ends_of.items():
+        at = (x == value) & (y == value)
+        reach = float(np.hypot(*(high - low for low, high in ends)))
         central = all(abs(value - (low + high) / 2) < _CENTRAL * (high - low) for low, high in ends)
-        of_robots = _visited(samples.of(~ball) if central else samples, value, jump)
-        of_ball = central and _visited(samples.of(ball), value, jump, short=True)
-        if of_robots or of_ball:
-            return float(value), of_ball or not central
+        visits = samples.visits(at)
+        of_ball = ball[visits.first] & central
+        in_play = np.abs(visits.came_from - value) < _SHORT_OF_GOAL * (ends[0][1] - ends[0][0]) / 2
+        leaps = of_ball & (visits.away >= _LEAP * reach) & (visits.leaves_ns <= _AT_ONCE_NS) & in_play
+        jumps = (visits.into >= _JUMP * reach) & (visits.away >= _JUMP * reach)
+        others = jumps[~of_ball]
+        gone = np.zeros(len(at), np.bool_)
+        if len(others) >= _RECURS and others.mean() >= _VISITS:
+            gone |= at & ~(ball & central)
+        if np.count_nonzero(leaps & jumps) >= _RECURS:
+            gone[visits.rows(jumps & of_ball & (in_play | (visits.lasts_ns < _KICK_OFF_NS)))] = True
+        never = [body for body, rows in samples.bodies() if len(rows) >= _TELLING and at[rows].all()]
+        if never and len(never) < table.select("side", "id").n_unique():
+            gone |= at & np.isin(who, never)
+        if gone.any():
+            return value, gone
     return None
 
 
-class _Samples(NamedTuple):
-    """Samples of bodies, body after body: side, a number of the body's own, time in ns, and places [N, 2]."""
+def _jumped_on_an_axis(table: pl.DataFrame) -> tuple[float, Bools] | None:
+    """A number that bodies jump to and away from on one axis, and the rows in which it is.
 
-    side: I64
+    Looked for in three windows of the file; then it counts in all of it.
+    """
+    starts = sorted({0, max(0, (len(table) - _WINDOW) // 2), max(0, len(table) - _WINDOW)})
+    for axis in ("x", "y"):
+        values = table[axis].fill_null(np.nan).to_numpy()
+        values = np.where(np.abs(values) < _NUMBERS, values, np.nan)
+        known = values[np.isfinite(values)]
+        if not len(known):
+            continue
+        jump = _JUMP * float(known.max() - known.min())
+        found: list[F64] = []
+        for start in starts:
+            part = table[start:start + _WINDOW]
+            samples = _Samples.of(part, np.arange(len(part)))
+            order = samples.rows
+            v, who = values[start:start + _WINDOW][order], samples.who
+            same = who[1:] == who[:-1]
+            step = np.where(same, np.abs(np.diff(v)), 0.0)
+            found.append(v[1:-1][(step[:-1] >= jump) & ((step[1:] >= jump) | (step[1:] == 0) & same[1:])])
+        often, counts = np.unique(np.concatenate(found), return_counts=True)
+        for value in often[np.argsort(-counts, kind="stable")][:1]:
+            if counts.max() < _RECURS or jump <= 0:
+                continue
+            central = abs(value - (known.max() + known.min()) / 2) < _CENTRAL * (known.max() - known.min())
+            ball = table["side"].to_numpy() == _BALL  # which is put there
+            samples = _Samples.of(table, np.flatnonzero(~(ball & central)))
+            at = (values == value) & ~(ball & central)
+            visits = samples.visits(at, axis)
+            near = samples.visits((np.abs(values - value) < jump / 2) & ~at, axis)
+            telling = (visits.into >= jump) & (visits.away >= jump)
+            usual = (near.into >= jump) & (near.away >= jump)
+            if np.count_nonzero(telling) >= _RECURS and telling.mean() >= _SOME and (
+                    not len(usual) or usual.mean() < _RARELY):
+                return float(value), at
+    return None
+
+
+def _who(table: pl.DataFrame) -> I64:
+    """A number of its own for the body of each row."""
+    who: I64 = table["side"].to_numpy() * (1 << 16) + table["id"].to_numpy()
+    return who
+
+
+class _Visits(NamedTuple):
+    """Stays of bodies where something holds: their samples, and the steps into and out of them.
+
+    Attributes:
+        order: int64 [N], row of each sample.
+        begin, end: int64 [V], first and last sample of each.
+        into, away: float64 [V], lengths of the steps before and after it.
+        leaves_ns, lasts_ns: int64 [V], time of the step after it, and from its first sample to its last.
+        came_from: float64 [V], x of the sample before it.
+    """
+
+    order: I64
+    begin: I64
+    end: I64
+    into: F64
+    away: F64
+    leaves_ns: I64
+    lasts_ns: I64
+    came_from: F64
+
+    @property
+    def first(self) -> I64:
+        """The first row of each."""
+        return self.order[self.begin]
+
+    def rows(self, chosen: Bools) -> I64:
+        """The rows of some."""
+        parts = [self.order[a:b + 1] for a, b in zip(self.begin[chosen], self.end[chosen], strict=True)]
+        return np.concatenate([np.empty(0, np.int64), *parts])
+
+
+class _Samples(NamedTuple):
+    """Samples of bodies, body after body, in order of time.
+
+    Attributes:
+        rows: int64 [N], row of each.
+        who: int64 [N], a number of the body's own.
+        t_ns: int64 [N], time.
+        places: float64 [N, 2].
+    """
+
+    rows: I64
     who: I64
     t_ns: I64
     places: F64
 
-    def of(self, rows: Bools) -> _Samples:
-        """Some of them."""
-        return _Samples(self.side[rows], self.who[rows], self.t_ns[rows], self.places[rows])
+    @classmethod
+    def of(cls, table: pl.DataFrame, rows: I64) -> _Samples:
+        """Samples of some rows of a table."""
+        who, t_ns = _who(table), table["t_ns"].to_numpy()
+        rows = rows[np.argsort(who[rows], kind="stable")]
+        if np.count_nonzero((np.diff(t_ns[rows]) < 0) & (np.diff(who[rows]) == 0)) > _FALLS * len(rows):
+            rows = rows[np.lexsort((t_ns[rows], who[rows]))]
+        places = np.stack([table[axis].fill_null(np.nan).to_numpy()[rows] for axis in ("x", "y")], axis=1)
+        return cls(rows, who[rows], t_ns[rows], places)
 
+    def bodies(self) -> list[tuple[int, I64]]:
+        """Each body's number and rows."""
+        who, first = np.unique(self.who, return_index=True)
+        return list(zip(who.tolist(), np.split(self.rows, first[1:]), strict=True))
 
-def _visited(samples: _Samples, value: float, jump: float, *, short: bool = False) -> bool:
-    """True if bodies jump to a place of one number and away, in nearly all visits; if these are short."""
-    places, there = samples.places, (samples.places == value).all(axis=1)
-    edge = np.diff(there.astype(np.int8), prepend=0, append=0)
-    begin, end = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
-    inside = (begin > 0) & (end < len(there) - 1)
-    begin, end = begin[inside], end[inside]
-    who = samples.who
-    same = (who[begin - 1] == who[begin]) & (who[end + 1] == who[end])
-    begin, end = begin[same], end[same]
-    if len(begin) < (_OFTEN if short else _RECURS):
-        return False
-    if short and np.median(samples.t_ns[end] - samples.t_ns[begin]) > _SHORT_NS:
-        return False
-    into = np.hypot(*(places[begin] - places[begin - 1]).T)
-    out = np.hypot(*(places[end] - places[end + 1]).T)
-    return bool(np.mean((into >= jump) & (out >= jump)) >= _VISITS)
+    def visits(self, holds: Bools, axis: str | None = None) -> _Visits:
+        """Stays of bodies where something holds, bool [rows of the table]; steps are on one axis or both."""
+        there = holds[self.rows]
+        edge = np.diff(there.astype(np.int8), prepend=0, append=0)
+        begin, end = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
+        inside = (begin > 0) & (end < len(there) - 1)
+        begin, end = begin[inside], end[inside]
+        same = (self.who[begin - 1] == self.who[begin]) & (self.who[end + 1] == self.who[end])
+        begin, end = begin[same], end[same]
+        into, away = self.places[begin] - self.places[begin - 1], self.places[end + 1] - self.places[end]
+        if axis is None:
+            lengths = np.hypot(*into.T), np.hypot(*away.T)
+        else:
+            lengths = np.abs(into[:, "xy".index(axis)]), np.abs(away[:, "xy".index(axis)])
+        return _Visits(self.rows, begin, end, *lengths, self.t_ns[end + 1] - self.t_ns[end],
+                       self.t_ns[end] - self.t_ns[begin], self.places[begin - 1, 0])

@@ -24,7 +24,14 @@ _DEGREES = 0.5
 _BACK = 170.0
 #: Least number of headings that tell that a map's unit is wrong.
 _TELLING = 100
+#: Greatest size of an angle in gradians, the smallest unit.
+_LARGEST = 400.5
 _SAY = 'in a map: [units] angle = "deg" or "rad"'
+
+
+def is_within_a_turn(angle: float, others: F64) -> bool:
+    """True if a number is within a turn of the unit that others are in, [N], as headings are."""
+    return abs(angle) <= (_TURN["rad"] if np.abs(others).max(initial=0.0) <= _TURN["rad"] else _LARGEST)
 
 
 def angle_unit(heading: F64, given: Unit | None, name: str) -> tuple[Unit, list[Flaw]]:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
+import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.importers.tracking.texts import is_number
+
+TimeUnit = Literal["s", "ms", "us", "ns", "days"]
 
 _NS = 1_000_000_000
 #: A clock, as text: days, hours, minutes, seconds; and minutes and seconds of stoppage time after a plus.
@@ -14,8 +19,21 @@ _CLOCK = (r"^(?:(?P<d>\d+) days?,? *\+?)?(?:(?P<h>\d+):)?(?P<m>\d+):(?P<s>\d+(?:
 #: A duration as ISO 8601 writes it, and a day of the calendar with a time.
 _DURATION = r"^P(?:(?P<d>\d+)D)?T?(?:(?P<h>\d+)H)?(?:(?P<m>\d+)M)?(?:(?P<s>\d+(?:[.,]\d+)?)S)?$"
 _DATE = r"^\d{4}-?\d\d-?\d\d[T ]\d\d:?\d\d"
+#: A date in any order, perhaps by the month's name, a clock, perhaps of twelve hours, and a zone.
+_DAY = (r"^(?P<day>\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|[A-Za-z]{3,9}\.? \d{1,2},? \d{4}"
+        r"|\d{1,2}\.? [A-Za-z]{3,9}\.? \d{4}),?[T ]+(?P<h>\d{1,2}):(?P<m>\d\d)(?::(?P<s>\d\d(?:[.,]\d+)?))?"
+        r" ?(?:(?P<half>[AaPp])\.?[Mm]\.?)? ?(?:Z|UTC|GMT|\[UTC\]|[+-]\d\d:?\d\d)?$")
+#: Dates of a match: it may go on after midnight.
+_DAYS = 2
 #: Seconds of each part of a clock.
 _SECONDS = {"d": 86_400, "h": 3_600, "m": 60, "s": 1, "am": 60, "as": 1}
+#: Rows that are looked at for the unit of times, and steps from which on these tell.
+_LOOK, _STEPS = 20_000, 100
+#: Steps of units other than the second: at 1 to 250 samples a second; days are those of spreadsheets.
+_STEP_IN: dict[TimeUnit, tuple[float, float]] = {
+    "ms": (4.0, 1e3), "us": (4e3, 1e6), "ns": (4e6, 1e9), "days": (1e-9, 1 / 86_400)}
+#: A step from which on several frames may have one time, of a clock that shows seconds.
+_WHOLE = 0.5
 #: Share of a column's values that may be no times.
 _STRAY = 0.01
 
@@ -55,11 +73,16 @@ def in_nanoseconds(column: pl.Series, name: str) -> pl.Series | None:
 
 def _parsed(texts: pl.Series, first: str) -> pl.Series | None:
     """Nanoseconds of texts, by the form of the first; None if it is of no known form."""
+    found = None
     if pl.Series([first]).str.contains(_DATE)[0]:
         zoned = texts.str.replace(" ", "T", literal=True).str.replace(",", ".", literal=True)
         zone = pl.col("t").str.contains(r"(Z|[+-]\d\d:?\d\d)$")
         whole = zoned.to_frame("t").select(pl.when(zone).then("t").otherwise(pl.col("t") + "Z")).to_series()
-        return whole.str.to_datetime("%+", time_unit="ns", strict=False).to_physical()
+        found = whole.str.to_datetime("%+", time_unit="ns", strict=False).to_physical()
+    if found is None or found.null_count() > _STRAY * len(found):
+        found = _on_a_day(texts)
+    if found is not None:
+        return found
     form = next((form for form in (_CLOCK, _DURATION) if pl.Series([first]).str.contains(form)[0]), None)
     if form is None:
         return None
@@ -69,6 +92,54 @@ def _parsed(texts: pl.Series, first: str) -> pl.Series | None:
     some = pl.any_horizontal(pl.all().is_not_null())
     total = (pl.sum_horizontal(seconds) * _NS).round().cast(pl.Int64)
     return parts.select(pl.when(some).then(total)).to_series()
+
+
+def _on_a_day(texts: pl.Series) -> pl.Series | None:
+    """Nanoseconds since midnight of texts with a date, however written; None if there are many dates."""
+    parts = texts.str.extract_groups(_DAY).struct.unnest()
+    days = parts["day"].drop_nulls()
+    if not len(days) or days.n_unique() > _DAYS:
+        return None
+    h, m = (pl.col(name).cast(pl.Float64) for name in ("h", "m"))
+    s = pl.col("s").str.replace(",", ".", literal=True).cast(pl.Float64).fill_null(0.0)
+    late = pl.col("half").str.to_lowercase() == "p"
+    hour = pl.when(late.is_not_null()).then(h % 12 + 12 * late.cast(pl.Float64)).otherwise(h)
+    since = 86_400 * (pl.col("day") != days[0]).cast(pl.Float64)
+    return parts.select(((since + hour * 3_600 + m * 60 + s) * _NS).round().cast(pl.Int64)).to_series()
+
+
+def unit_by_steps(column: pl.Series, frames: pl.Series | None, name: str) -> tuple[TimeUnit, str]:
+    """Unit of times that are numbers, by how far they step, and words for a flaw where it is not seconds.
+
+    Args:
+        column: the column, as the file has it.
+        frames: column of the frames, if there is one.
+        name: the file's name, for messages.
+
+    Raises:
+        BadRecording: if most values are no numbers, or if each of several frames has the same whole second.
+    """
+    some = column.gather_every(max(1, len(column) // _LOOK)).drop_nulls()
+    if some.dtype == pl.String:
+        some = some.filter(some != "")
+        numbers = some.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+        if numbers.null_count() > len(some) / 2:
+            wrong = some.filter(numbers.is_null())[0]
+            raise BadRecording(f"has the time {wrong!r}, no number, in most rows", where=name,
+                               next_step="Write times as seconds, without marks between thousands")
+    begin = column[:_LOOK].cast(pl.String).str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+    every = begin.diff()
+    steps = every.filter(every > 0)
+    if len(steps) < _STEPS:
+        return "s", ""
+    step = float(np.median(steps.to_numpy()))
+    if frames is not None and step >= _WHOLE:
+        check_fine(begin, frames[:_LOOK].cast(pl.String), name)
+    for unit, (low, high) in _STEP_IN.items():
+        if low <= step <= high and (unit != "days" or float(steps.sum()) < 1):
+            note = f"a step of the time is {step:.4g}: taken for {unit}"
+            return unit, f'{note}; a map settles it, [units] time = "s"'
+    return "s", ""
 
 
 def sampled(column: pl.Series, hz: float) -> pl.Series:

@@ -71,7 +71,7 @@ def _offer(found: Sequence[str], mapping: TrackingMap, error: BadRecording, form
             return ""
     units = named.units.model_dump(include=named.units.model_fields_set, exclude_none=True)
     usual = {"length": "m", "time": "s", "angle": "deg"}
-    lines += ["", "[units]  # lengths: m, cm, mm, share, percent; times: s, ms, us, ns; angles: deg, rad"]
+    lines += ["", "[units]  # lengths: m, cm, mm, share, percent; times: s, ms, us, min; angles: deg, rad"]
     lines += [_line(key, units, word) for key, word in usual.items()]
     lines += ["", "[time]  # if the time counts samples", "# hz = 10"]
     lines += ["", "[axes]", '# origin = "corner"', '# y = "down"']

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from itertools import product
+from math import copysign
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +23,9 @@ WHOLE = {"share": 1.0, "percent": 100.0, "half": 2.0}
 _PITCHES = ((1.5, 1.3), (2.2, 1.8), (9.0, 6.0), (12.0, 9.0), (105.0, 68.0))
 #: Bodies reach so much of a pitch at least, and at most, along and across.
 _LEAST, _MOST = 0.9, 1.15
+#: Those who reach further leave it. Where places are on one side of an axis, their middle is no further from
+#: its centre. Both are shares of it.
+_LEAVES, _OFF = 1.06, 0.02
 #: Places that reach so far across, as a share of how far they reach along, are parts of a pitch: none is so
 #: wide.
 _SQUARE = 0.88
@@ -29,6 +35,8 @@ _STRAY, _BEYOND = 0.001, 0.03
 _AS_SHARES = (0.87, 1.03)
 #: Bodies that reach further than so many lengths of the largest pitch are in another unit.
 _LARGEST = 1.1
+#: Places that reach no further on an axis, as a share of their reach on the other, are on a line.
+_WIDE = 0.3
 #: Rows that are looked at, evenly over the table.
 _LOOK = 50_000
 #: Larger places are damage.
@@ -63,6 +71,10 @@ class _Reach(NamedTuple):
     low_y: float
     high_y: float
 
+    def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and greatest along and across."""
+        return (self.low_x, self.high_x), (self.low_y, self.high_y)
+
     def __str__(self) -> str:
         return f"x from {self.low_x:.4g} to {self.high_x:.4g}, y from {self.low_y:.4g} to {self.high_y:.4g}"
 
@@ -71,8 +83,8 @@ def lengths_of(table: pl.DataFrame, mapping: TrackingMap, name: str) -> Lengths:
     """Units and origin of a table's places.
 
     A map's are taken. Without them, places are metres from the centre, unless all bodies are in one quarter
-    of the axes, or further out than on any pitch: then they are those of the one league and unit whose pitch
-    they fill.
+    or half of the axes, or further out than on any pitch: then they are those of the one league and unit
+    whose pitch they fill.
 
     Args:
         table: ``x``, ``y`` Float64 in the file's units, ``t_ns``.
@@ -81,7 +93,7 @@ def lengths_of(table: pl.DataFrame, mapping: TrackingMap, name: str) -> Lengths:
 
     Raises:
         BadRecording: if places are shares of a pitch that nobody names; or if all bodies are in one quarter,
-            or reach as far across as along, and nothing tells more.
+            or further out than on any pitch, or reach as far across as along, and nothing tells more.
     """
     unit, axes = mapping.units.length, mapping.axes
     centre = axes.centre or (0.0, 0.0)
@@ -101,8 +113,8 @@ def lengths_of(table: pl.DataFrame, mapping: TrackingMap, name: str) -> Lengths:
     if reach is None:
         return Lengths((metres, metres), centre, axes.origin == "corner", [])
     given = metres if "length" in mapping.units.model_fields_set else None
-    found, corner, flaws = _found(reach, given, mapping, table["t_ns"], name)
-    return Lengths((found, found), centre, corner, flaws)
+    found, place, flaws = _found(reach, given, mapping, table["t_ns"], name)
+    return Lengths((found, found), place or centre, place is None, flaws)
 
 
 def _reach(table: pl.DataFrame) -> _Reach | None:
@@ -115,46 +127,83 @@ def _reach(table: pl.DataFrame) -> _Reach | None:
 
 def _found(
     reach: _Reach, given: float | None, mapping: TrackingMap, t_ns: pl.Series, name: str
-) -> tuple[float, bool, list[Flaw]]:
-    """Metres of a unit and whether the origin is a corner, by how far bodies reach."""
-    size = max(reach.high_x - reach.low_x, reach.high_y - reach.low_y)
-    near = reach.low_x >= -_BEYOND * size, reach.low_y >= -_BEYOND * size
-    far = reach.high_x <= _BEYOND * size, reach.high_y <= _BEYOND * size
-    across = max(-reach.low_x, reach.high_x), max(-reach.low_y, reach.high_y)
-    pitch = mapping.pitch
-    pitches = ((pitch.length, pitch.width),) if pitch.length and pitch.width else _PITCHES
-    units = METRES.values() if given is None else (given,)
-    quarter = size > 0 and all(n or f for n, f in zip(near, far, strict=True))
-    if not quarter:
-        _check_square(across, reach, t_ns, name)
-        largest = PITCHES[Kind.SIM2D]
-        if given is not None or pitch.kind is not None or across[0] <= _LARGEST * largest.goal_x:
-            doubt = given is None and pitch.kind is None and _AS_SHARES[0] < across[0] <= _AS_SHARES[1]
+) -> tuple[float, tuple[float, float] | None, list[Flaw]]:
+    """Metres of a unit and place of the pitch's centre, by how far bodies reach; None if a corner is at 0."""
+    ends = reach.ends()
+    size = max(high - low for low, high in ends)
+    one_sided = [size > 0 and (low >= -_BEYOND * size or high <= _BEYOND * size) for low, high in ends]
+    if not all(one_sided):  # bodies on one line are in no half
+        one_sided = [one and high - low > _WIDE * size
+                     for one, (low, high) in zip(one_sided, ends, strict=True)]
+    far = [max(-low, high) for low, high in ends]
+    samples, here = t_ns.n_unique(), (0.0, 0.0)
+    largest = _LARGEST * PITCHES[Kind.SIM2D].goal_x
+    if not any(one_sided):
+        _check_square((far[0], far[1]), reach, t_ns, name)
+        known = given is not None or mapping.pitch.kind is not None
+        if known or far[0] <= largest:
+            doubt = not known and _AS_SHARES[0] < far[0] <= _AS_SHARES[1]
             note = f"bodies reach {reach}: taken for metres; if they are shares, say in a map {_SPOKEN}"
-            return given or 1.0, False, [Flaw("assumed", note, t_ns.n_unique())] if doubt else []
-    half, samples = 1 if quarter else 2, t_ns.n_unique()
-    fits = {(unit, length, width) for unit in units for length, width in pitches
-            if all(_LEAST <= half * far * unit / whole <= _MOST
-                   for far, whole in zip(across, (length, width), strict=True))}
-    if len(fits) == 1 and (all(near) or not quarter):
-        unit, length, width = next(iter(fits))
-        word = next(word for word, metres in METRES.items() if metres == unit)
-        where, key = ("a corner", "corner") if quarter else ("the centre", "centre")
-        note = (f"bodies reach {reach}: read as {word} from {where} of a pitch of {length:g} x {width:g} m, "
-                f'y up; a map settles it, [units] length = "{word}" and [axes] origin = "{key}"')
-        return unit, quarter, [Flaw("assumed", note, samples)]
-    if not quarter:
-        note = f"bodies reach {reach}: taken for metres; if they are others, say so in a map, [units] length"
-        return 1.0, False, [Flaw("assumed", note, samples)]
-    what = f"has all bodies in one quarter of the pitch ({reach})"
-    middle = (reach.low_x + reach.high_x) / 2, (reach.low_y + reach.high_y) / 2
+            return given or 1.0, here, [Flaw("assumed", note, samples)] if doubt else []
+    fit = _fit(reach, one_sided, METRES.values() if given is None else (given,), mapping)
+    if fit is not None:
+        return fit.unit, None if fit.corner else fit.centre, [
+            Flaw("assumed", f"bodies reach {reach}: read as {fit}", samples)]
+    middle = [(low + high) / 2 for low, high in ends]
     cure = f"[axes] centre = [{middle[0]:.3g}, {middle[1]:.3g}], the place of the pitch's centre"
-    if all(near):
+    part = {0: "", 1: "half", 2: "quarter"}[sum(one_sided)]
+    what = f"has all bodies in one {part} of the pitch" if part else "has bodies further out than any pitch"
+    what = f"{what} ({reach})"
+    if part != "quarter" or min(middle) > 0:
         cure = f'[axes] origin = "corner" and [units] length = "m", "cm" or "mm"; or {_SPOKEN}; or {cure}'
-    if samples < _TELLING:
-        note = f"the table {what}; if its origin is not the centre, say in a map {cure}"
-        return given or 1.0, False, [Flaw("assumed", note, samples)]
+    if samples < _TELLING or (part == "half" and far[0] <= 2 * largest):  # one play may be in one half
+        note = f"the table {what}; if the centre is no origin, or metres are no unit, say in a map {cure}"
+        return given or 1.0, here, [Flaw("assumed", note, samples)]
     raise BadRecording(what, where=name, next_step=f"Say in a map {cure}")
+
+
+class _Fit(NamedTuple):
+    """A pitch that bodies fill: metres of a unit, the file's place of its centre, its length and width."""
+
+    leaves: bool
+    unit: float
+    centre: tuple[float, float]
+    pitch: tuple[float, float]
+
+    @property
+    def corner(self) -> bool:
+        """True if a corner is at 0, 0 and all places are positive."""
+        return min(self.centre) > 0
+
+    def __str__(self) -> str:
+        word = next(word for word, metres in METRES.items() if metres == self.unit)
+        where, key = f"a centre at {self.centre[0]:g}, {self.centre[1]:g}", f"centre = {list(self.centre)}"
+        if self.corner:
+            where, key = "a corner", 'origin = "corner"'
+        elif not any(self.centre):
+            where, key = "the centre", 'origin = "centre"'
+        return (f"{word} from {where} of a pitch of {self.pitch[0]:g} x {self.pitch[1]:g} m, y up; "
+                f'a map settles it, [units] length = "{word}" and [axes] {key}')
+
+
+def _fit(
+    reach: _Reach, one_sided: Sequence[bool], units: Iterable[float], mapping: TrackingMap
+) -> _Fit | None:
+    """The one pitch and unit that fit; of several, the one that bodies do not leave."""
+    given = mapping.pitch
+    pitches = ((given.length, given.width),) if given.length and given.width else _PITCHES
+    fits = []
+    for unit, pitch in product(units, pitches):
+        centre, shares, agree = [], [], True
+        for (low, high), one, whole in zip(reach.ends(), one_sided, pitch, strict=True):
+            zero = copysign(whole / unit / 2, low + high) if one else 0.0
+            agree &= not one or abs((low + high) / 2 - zero) <= _OFF * whole / unit
+            shares.append(2 * unit / whole * max(zero - low, high - zero))
+            centre.append(zero)
+        if agree and all(_LEAST <= share <= _MOST for share in shares):
+            fits.append(_Fit(max(shares) > _LEAVES, unit, (centre[0], centre[1]), pitch))
+    best = [fit for fit in fits if fit.leaves == min(fits).leaves]
+    return best[0] if len(best) == 1 else None
 
 
 def _check_square(across: tuple[float, float], reach: _Reach, t_ns: pl.Series, name: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -73,7 +74,7 @@ def in_one_time(table: pl.DataFrame, name: str) -> Periods:
     if piece is None:
         breaks = _changes(t_ns, words) if label == "period" else np.empty(0, np.int64)
         return Periods(table, breaks, _went_back(t_ns))
-    of_rows = _of_rows(table, body, piece, label, name)
+    of_rows = _of_rows(table, body, _numbered(piece, words), label, name)
     steps = np.diff(np.unique(t_ns))
     step = int(np.median(steps)) if len(steps) else 1
     times = table["t_ns"].to_numpy().copy()
@@ -91,6 +92,18 @@ def in_one_time(table: pl.DataFrame, name: str) -> Periods:
     note = f"time begins anew: {len(breaks) + 1} periods were put one after the other, {how}"
     return Periods(table.with_columns(t_ns=pl.Series(times)), breaks,
                    [Flaw("assumed", note, len(breaks), int(breaks[0]), int(breaks[0]) + 1)])
+
+
+def _numbered(piece: I64, words: npt.NDArray[np.object_] | None) -> I64:
+    """Periods in the order of their numbers, if each has one number of its own; else in that of the file."""
+    if words is None:
+        return piece
+    named = {(part, word) for part, word in zip(piece.tolist(), words.tolist(), strict=True)}
+    numbers = {part: float(word) for part, word in named if re.fullmatch(r"\d+(\.0*)?", word)}
+    if not len(named) == len(numbers) == len({*numbers.values()}) == int(piece.max()) + 1:
+        return piece
+    order = sorted(numbers, key=numbers.__getitem__)
+    return np.array([order.index(part) for part in range(len(order))])[piece]
 
 
 def _went_back(t_ns: I64) -> list[Flaw]:

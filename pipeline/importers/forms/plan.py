@@ -7,7 +7,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
-from pitchlore.pipeline.importers.forms.clocks import check_fine, in_nanoseconds, sampled
+from pitchlore.pipeline.importers.forms.clocks import check_fine, in_nanoseconds, sampled, unit_by_steps
 from pitchlore.pipeline.importers.forms.naming import by_words
 from pitchlore.pipeline.importers.forms.words import BALLS, bare
 from pitchlore.pipeline.importers.source import SourceFile
@@ -76,7 +76,8 @@ class TablePlan(NamedTuple):
         teams = mapping.teams.model_copy(update={
             "names": {word: name for word, name in names.items() if name} | mapping.teams.names})
         mapping = mapping.model_copy(update={"teams": teams})
-        return Read(*_timed(named, mapping, source.name), flaws)
+        named, mapping, said = _timed(named, mapping, source.name)
+        return Read(named, mapping, [*flaws, *_said(said)])
 
     def _with_ball(
         self, named: pl.DataFrame, table: pl.DataFrame, source: SourceFile
@@ -190,19 +191,28 @@ def _with_balls(named: pl.DataFrame, mapping: TrackingMap) -> tuple[pl.DataFrame
     return changed, [Flaw("assumed", f"{what} taken for the ball")]
 
 
-def _timed(named: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, TrackingMap]:
-    """The table with times in nanoseconds, if they are no numbers or count samples; velocities a second."""
-    hz = mapping.time.hz
+def _timed(named: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, TrackingMap, str]:
+    """The table with times in nanoseconds, if they are no numbers or count samples; velocities a second.
+
+    Of numbers the unit is found, and said, if the map does not say it.
+    """
+    hz, said = mapping.time.hz, ""
     times = sampled(named["t"], hz) if hz is not None else in_nanoseconds(named["t"], name)
     if times is not None:
         if hz is None and "frame" in named.columns:
             check_fine(times, named["frame"], name)
         named = named.with_columns(times.alias("t"))
         mapping = mapping.model_copy(update={"units": mapping.units.model_copy(update={"time": "ns"})})
+    else:
+        unit, said = unit_by_steps(named["t"], named.get_column("frame", default=None), name)
+        if "time" in mapping.units.model_fields_set:
+            said = ""
+        else:
+            mapping = mapping.model_copy(update={"units": mapping.units.model_copy(update={"time": unit})})
     if mapping.units.speed == "sample":
         if hz is None:
             raise BadRecording("has velocities a sample, by the map, and no rate", where=name,
                                next_step="Say the samples a second in the map: [time] hz = 10")
         named = named.with_columns(pl.col(column).cast(pl.Float64, strict=False) * hz
                                    for column in ("vx", "vy", "omega") if column in named.columns)
-    return named, mapping
+    return named, mapping, said

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from pitchlore.pipeline.importers.forms.words import WORDS, bare
+
 
 class Unread(NamedTuple):
     """A kind of file that is not read by itself: its begin, what it is, and the user's next step."""
@@ -27,6 +29,13 @@ def _football(begins: bytes, whose: str, provider: str, files: str) -> Unread:
 
 #: Kinds by how they begin; the first that fits counts. A key of JSON is looked for in the first object.
 KINDS = (
+    _kind(rb"PK\x03\x04.{0,400}(?:xl/|\[Content_Types\])", "is a spreadsheet of Excel",
+          "Save its sheet of positions as CSV"),
+    _kind(rb"PK\x03\x04", "is a zip archive", "Unpack it, and give the recordings in it"),
+    _kind(rb"BZh|\xfd7zXZ\0|7z\xbc\xaf|Rar!|.{257}ustar", "is packed with bzip2, xz, 7-Zip, RAR or tar",
+          "Unpack it, and give the recordings in it"),
+    _kind(rb"\x1f\x8b|\x28\xb5\x2f\xfd", "is packed twice", "Unpack it once"),
+    _kind(rb"%PDF", "is a PDF", "Give the recording that it was made of"),
     _kind(rb"SQLite format 3\0", "is a database of SQLite, which rosbag2 records into (.db3)",
           "Convert it: mcap convert FILE.db3 FILE.mcap"),
     _kind(rb"#ROSBAG V", "is a bag of ROS 1",
@@ -57,6 +66,20 @@ KINDS = (
 )
 
 
+#: Words of ours in a line that make it a table's header, and lines that are looked at.
+_OURS, _LINES = 4, 10
+
+
 def unread(head: bytes) -> Unread | None:
-    """The kind of a file that is not read by itself, by its first bytes; None if it is none of ``KINDS``."""
-    return next((kind for kind in KINDS if kind.begins.match(head)), None)
+    """The kind of a file that is not read by itself, by its first bytes; None if nothing tells."""
+    found = next((kind for kind in KINDS if kind.begins.match(head)), None)
+    if found is not None:
+        return found
+    lines = [re.split(r"[,;\t| ]+", line) for line in head.decode("utf-8", "replace").splitlines()[:_LINES]]
+    header = next((line for line in lines if len({*map(bare, line)} & WORDS.keys()) >= _OURS), None)
+    if header is None:
+        return None
+    what = "looks like a table of positions, but its first line is no header, or its second no row of it"
+    return _kind(b"", what, (
+        "Begin it with the line that names the columns, then rows of as many fields, separated by commas, "
+        "semicolons, tabs or bars; leave out titles and units"))

@@ -26,6 +26,12 @@ def bare(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", plain)
 
 
+def parts_of(name: str) -> set[str]:
+    """A name, bare, and its parts of more than a letter, as those of ``Lions (home)``."""
+    parts = {bare(part) for part in re.split(r"[^0-9A-Za-zÀ-ÿ]+", name)}
+    return {bare(name), *(part for part in parts if len(part) > 1)}
+
+
 def meant(column: str, wanted: str, found: Sequence[str], taken: Collection[str] = ()) -> str | None:
     """The file's column that a user may have meant by one that is missing; None if nothing is near.
 

@@ -39,13 +39,16 @@ def follow(reported: Sequence[RefereeReport]) -> FollowedTeams:
 
     Names that cross, or one of them, are a change of colours if scores, cards or sides cross with them, or
     in a break of the match, where the rules allow it. Before play they are a correction, and so are names
-    that cross alone.
+    that cross alone. Without names, scores that cross in a break are one, too.
     """
     reported = list(reported)
     stable: tuple[Names, int] | None = None  # two different names that were told last, and in which report
     switches: list[int] = []
     begun, stopped = False, 0
     for i, now in enumerate(reported):
+        if begun and i and _unnamed_switch(reported[i - 1], now):
+            switches.append(now.order)
+            stable = None if stable is None else (stable[0][::-1], stable[1])
         if is_running(now):
             begun, stopped = True, i + 1
         told = now.teams[YELLOW].name, now.teams[BLUE].name
@@ -54,11 +57,22 @@ def follow(reported: Sequence[RefereeReport]) -> FollowedTeams:
         crossed = stable is not None and (told[0] == stable[0][1] or told[1] == stable[0][0])
         if stable is not None and crossed and begun:
             end = next((j for j in range(i, len(reported)) if is_running(reported[j])), len(reported))
+            if end > i and tuple(team.name for team in reported[end - 1].teams) == stable[0]:
+                # a mistake that is put right
+                _settle(reported, i, i, end)
+                continue
             if _is_switch(reported[stable[1]], now, reported[end - 1]):
                 switches.append(now.order)
                 _settle(reported, stopped, i, end)
         stable = told, i
     return FollowedTeams(_names(reported, switches), tuple(switches), reported)
+
+
+def _unnamed_switch(before: RefereeReport, now: RefereeReport) -> bool:
+    """True if two teams without names exchange different scores in a break of the match."""
+    scores = [team.score for team in before.teams]
+    return (now.stage in BREAKS and not any(team.name for team in now.teams) and scores[0] != scores[1]
+            and [team.score for team in now.teams] == scores[::-1])
 
 
 def _is_switch(before: RefereeReport, now: RefereeReport, last: RefereeReport) -> bool:

@@ -101,6 +101,7 @@ class _Course:
         home: the colour of home in the course of the match.
         goals: score of each side.
         shots: goals of each side in the shoot-out.
+        set_by_people: goals of each side that were set at once, which are taken back first.
         shooting: whether the shoot-out has begun.
         half: the latest half.
         playing: whether play is on.
@@ -113,6 +114,7 @@ class _Course:
     flaws: list[Flaw] = field(default_factory=list)
     goals: dict[Side, int] = field(default_factory=dict)
     shots: dict[Side, int] = field(default_factory=lambda: dict.fromkeys(SIDES, 0))
+    set_by_people: dict[Side, int] = field(default_factory=lambda: dict.fromkeys(SIDES, 0))
     shooting: bool = False
     half: int = 0
     playing: bool = False
@@ -204,7 +206,12 @@ class _Course:
 
     def _take_back(self, at: int, side: Side, colour: str) -> None:
         goals = [i for i, event in enumerate(self.events) if event.event == "goal" and event.team == side]
-        if goals:
+        unset = self.set_by_people[side] > 0
+        if unset:
+            self.set_by_people[side] -= 1
+            self._emit(at, self._goes_on(), None, "score taken back")
+            first = len(self.events) - 1
+        elif goals:
             first = goals[-1]
             self.events[first] = replace(self.events[first], event="stop", team=None, note="goal taken back")
         else:
@@ -212,6 +219,7 @@ class _Course:
             first = len(self.events) - 1
         self._count(first, side, -1)
         of = f"the goal at {self.events[first].t_ns / 1e9:.1f} s" if goals else "a goal of before the log"
+        of = "a goal that they had set" if unset else of
         note = f"people took back {of}, of {colour}"
         self.flaws.append(Flaw("score corrected", note, start_ns=at, team=side))
 
@@ -220,6 +228,7 @@ class _Course:
         note = f"score of {colour} set from {old} to {new}"
         self._emit(at, self._goes_on(), None, note)
         self._count(len(self.events) - 1, side, new - old)
+        self.set_by_people[side] += new - old
         self.flaws.append(Flaw("score corrected", f"{note}: taken for no goals", start_ns=at, team=side))
 
     def _shoot(self, at: int, side: Side, goals: int, colour: str) -> None:

@@ -22,7 +22,7 @@ _MAX_SPAN_NS = 86_400_000_000_000
 _ABSENT = ("", "null", "None", "NA")
 _NOTHING = (*_ABSENT, "nan", "NaN")
 
-_NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
+_NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 1_000, "ns": 1, "min": 60 * 10**9, "days": 86_400 * 10**9}
 #: A number with a decimal comma, in two parts.
 _DECIMAL_COMMA = r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$"
 #: Columns of a file that are named where one is missing.

@@ -1,4 +1,4 @@
-"""Tracking tables in text: fields separated by commas, semicolons or tabs, with a header or without."""
+"""Tracking tables in text: fields separated by commas, semicolons, tabs or bars, with a header or without."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def detects(head: bytes) -> bool:
     rows = [fields_of_line(line, mark) for line in lines[1:]]
     if headless(names):
         return any(_alike(names, row) for row in rows)
-    return all(names[1:]) and all(  # pandas gives its index no name
+    return all(names[1:-1]) and all(  # pandas gives its index no name, others end each line with a comma
         (len(row) == len(names) or (mark == "," and len(row) > len(names))) and any(map(is_number, row))
         for row in rows)
 

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
-from pitchlore.pipeline.importers.forms.words import AWAYS, HOMES, bare
+from pitchlore.pipeline.importers.forms.words import AWAYS, HOMES, parts_of
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TrackingMap
 from pitchlore.pipeline.importers.tracking.states import Course, changes, rises, tokens
 from pitchlore.pipeline.numbers.arrays import F64
@@ -77,7 +77,7 @@ def guess_home(
     Returns:
         Index of home in ``names``, and the kind of evidence that decided.
     """
-    called = [{bare(name)} & words for name, words in product(names, (HOMES, AWAYS))]
+    called = [parts_of(name) & words for name, words in product(names, (HOMES, AWAYS))]
     if (called[0] and called[3]) or (called[1] and called[2]):
         return (0 if called[0] and called[3] else 1), "names"
     goals = [(index, side) for index, side, step in rises(course.score) if step > 0]

@@ -74,7 +74,7 @@ class Units(_Map):
             or 2 (half, from -1 to 1); parts need the pitch's kind.
         metres: metres of a unit along and across, where it is none of these.
         angle: unit of headings, and per second of ``omega``; the map may call it ``angle_unit``, too.
-        time: unit of ``t``, where it is a number.
+        time: unit of ``t``, where it is a number; spreadsheets count days.
         speed: time of velocities: they are lengths a second, or a sample.
     """
 
@@ -83,7 +83,7 @@ class Units(_Map):
     angle: Literal["rad", "deg", "grad", "turn"] | None = Field(
         default=None, validation_alias=AliasChoices("angle", "angle_unit")
     )
-    time: Literal["s", "ms", "us", "ns"] = "s"
+    time: Literal["s", "ms", "us", "ns", "min", "days"] = "s"
     speed: Literal["second", "sample"] = "second"
 
 

@@ -16,13 +16,14 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.directions import Sign, infer_periods, unsure, votes_of
 from pitchlore.pipeline.importers.forms.absent import nothing_seen
 from pitchlore.pipeline.importers.forms.angles import RADIANS, angle_unit
+from pitchlore.pipeline.importers.forms.doubts import check_once, doubts, settled_pitch
 from pitchlore.pipeline.importers.forms.origin import Lengths, lengths_of
 from pitchlore.pipeline.importers.forms.periods import in_one_time
 from pitchlore.pipeline.importers.rows import pack, referee
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
 from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
-from pitchlore.pipeline.importers.tracking.guesses import guess_home, guess_pitch
+from pitchlore.pipeline.importers.tracking.guesses import guess_home
 from pitchlore.pipeline.importers.tracking.mapping import TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import LACKS, OF_A_TABLE, scoring
 from pitchlore.pipeline.importers.tracking.states import Course, half_times, referee_events, words_of
@@ -38,12 +39,6 @@ _FURTHEST = 1e6
 _MAX_ID = 32767
 #: Runs of rows of one frame, per frame, above which a file is sorted by body and not by time.
 _BY_BODY = 2.0
-#: Median sampling interval from which on the unit of time is likely to be wrong, ns, ...
-_SLOW_NS = 1_000_000_000
-#: ... and least number of frames to tell.
-_SLOW_FROM = 100
-#: The next finer unit of time.
-_FINER = {"s": "ms", "ms": "us", "us": "ns"}
 #: Values that are no options that are shown.
 _SHOWN = 8
 #: Name of a team that has no rows and that the map does not name.
@@ -92,9 +87,12 @@ def match_of(
     table = _lengths(table, lengths)
     flaws += [*absent, *angles, *lengths.flaws, *anew]
     rows = _arrange(table)
-    rows, turned = _in_rising_time(rows, name)
+    rows, turned = _in_rising_time(rows)
     flaws += turned
-    pitch, guessed_pitch = guess_pitch(rows.column("x"), mapping.pitch, corner=lengths.corner)
+    check_once(rows.table, rows.first, name)
+    pitch, guessed_pitch, unsure_pitch = settled_pitch(
+        rows.table, rows.column("x"), mapping.pitch, corner=lengths.corner)
+    flaws += unsure_pitch
     rows = _turned(rows, mapping, pitch, corner=lengths.corner)
     frames = _frames(rows)
     course = _course(rows, frames, breaks)
@@ -127,7 +125,8 @@ def match_of(
     )
     flaws += reported.flaws
     options, none = _options(rows, name)
-    flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + none + unknown + inferred
+    flaws += doubts(frames, pitch, mapping, inferred=guessed_pitch)
+    flaws += _not_numbers(rows) + none + unknown + inferred
     incomplete = source.damage or cut
     if source.damage is not None:
         flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
@@ -186,7 +185,7 @@ def _teams(
     left = [team for team in found if team not in given] or [_NOT_RECORDED] * alone
     if len(given) < 2 and len(given) + len(left) != 2:
         raise BadRecording(
-            f"has {len(found)} teams besides {teams.ball!r}: {', '.join(found[:8]) or 'none'}", where=name,
+            f"has the teams {', '.join(found[:8]) or 'none'} besides {teams.ball!r}, and not two", where=name,
             next_step="Name home, away and ball in a map's [teams] table" + (
                 "; if the other team was not recorded, naming this one will do" if len(found) == 1 else ""
             ),
@@ -270,40 +269,21 @@ def _arrange(table: pl.DataFrame) -> _Rows:
     return _Rows(table, frame, first.astype(np.int64), table["side"].to_numpy())
 
 
-def _in_rising_time(rows: _Rows, name: str) -> tuple[_Rows, list[Flaw]]:
+def _in_rising_time(rows: _Rows) -> tuple[_Rows, list[Flaw]]:
     """Rows with their frames reversed if all times fall, and the flaw that says so.
 
-    Raises:
-        BadRecording: if times fall but frame numbers rise: the order of play is unknown then.
+    A clock that counts down, while frame numbers or the score rise, is counted from its start.
     """
     t_ns, number = (rows.table[column].to_numpy()[rows.first] for column in ("t_ns", "frame"))
     if len(t_ns) < 2 or not bool(np.all(np.diff(t_ns) < 0)):
         return rows, []
-    if bool(np.all(np.diff(number) > 0)):
-        raise BadRecording(
-            "has times that fall while its frame numbers rise", where=name,
-            next_step="If t counts down, write the time since the start",
-        )
-    note = "the table is in falling order of time: turned round"
+    score = rows.column("score_home")[rows.first] + rows.column("score_away")[rows.first]
+    if bool(np.all(np.diff(number) > 0)) or score[-1] > score[0]:
+        table = rows.table.with_columns(t_ns=int(t_ns.max()) - pl.col("t_ns")).drop("again", "row", "lead")
+        return _arrange(table), [Flaw("assumed", "t counts down: times are those since its start", len(t_ns))]
+    note = "the table is in falling order of time: turned round; if t counts down, write the time since then"
     flaw = Flaw("reordered frame", note, len(t_ns), int(t_ns[-1]), int(t_ns[0]) + 1)
     return _arrange(rows.table.sort("t_ns", maintain_order=True).drop("again", "row", "lead")), [flaw]
-
-
-def _slow_sampling(frames: Frames, mapping: TrackingMap) -> list[Flaw]:
-    """Flaw of samples so far apart that the unit of time is likely to be a finer one; else none."""
-    if len(frames) < _SLOW_FROM:
-        return []
-    t_ns = np.sort(frames.t_ns)
-    interval = float(np.median(np.diff(t_ns)))
-    if interval < _SLOW_NS:
-        return []
-    unit = mapping.units.time
-    hint = (
-        f': if times are not in {unit}, say so in a map: [units] time = "{_FINER[unit]}"'
-        if unit in _FINER else ""
-    )
-    note = f"the median sampling interval is {interval / 1e9:g} s{hint}"
-    return [Flaw("slow sampling", note, len(t_ns), 0, int(t_ns[-1]) + 1)]
 
 
 def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch, *, corner: bool) -> _Rows:

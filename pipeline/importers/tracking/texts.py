@@ -17,7 +17,9 @@ _WESTERN = "cp1252"
 _HEAD, _PIECE = 1 << 16, 1 << 20
 #: A character beyond ASCII, in UTF-8.
 _BEYOND_ASCII = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
-_SEPARATORS = (";", "\t", ",")
+_SEPARATORS = (";", "\t", "|", ",")
+#: Lines before a header: empty ones, spreadsheets' word for the separator, and remarks of one or two fields.
+_BEFORE = re.compile(rb"(?:[ \t]*\r?\n|sep=.\r?\n|#[^\n,;\t|]*[,;\t|]?[^\n,;\t|]*\n)*", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|nan|inf", re.IGNORECASE)
 
 
@@ -34,10 +36,20 @@ class Text(NamedTuple):
 
 
 def as_utf8(data: bytes) -> Text:
-    """A text in UTF-8, from UTF-8, UTF-16 or Windows-1252 (of which latin-1 is a part).
+    """A text in UTF-8 from its header on, from UTF-8, UTF-16 or Windows-1252 (of which latin-1 is a part).
 
-    UTF-8 that is damaged in places stays as it is.
+    UTF-8 that is damaged in places stays as it is. Lines may end with carriage returns.
     """
+    text = _in_utf8(data)
+    utf8, head = text.utf8, text.utf8[:_HEAD]
+    if b"\r" in head and b"\n" not in head:
+        utf8 = utf8.replace(b"\r", b"\n")
+    utf8 = utf8.replace("−".encode(), b"-")
+    begin = _BEFORE.match(utf8[:_HEAD])
+    return Text(utf8[begin.end():] if begin and begin.end() else utf8, text.note)
+
+
+def _in_utf8(data: bytes) -> Text:
     for mark, name in _MARKS:
         if data.startswith(mark):
             rest = data[len(mark):]
