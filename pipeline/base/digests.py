@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from mmap import mmap
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -17,6 +18,16 @@ Content: TypeAlias = bytes | mmap
 def digest(data: Content) -> str:
     """SHA-256 in hex."""
     return hashlib.sha256(data).hexdigest()
+
+
+def digest_of_file(path: Path) -> str:
+    """SHA-256 of a file in hex; memory does not grow with the file.
+
+    Raises:
+        OSError: if it cannot be read.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def canonical(value: object) -> bytes:

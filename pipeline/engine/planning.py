@@ -365,7 +365,7 @@ def _after(nouns: Sequence[str]) -> str:
 def _damaged(store: Store) -> dict[tuple[str, str], str]:
     """The outputs with damaged or lost files, each with the first of these."""
     found: dict[tuple[str, str], str] = {}
-    for file in check_files(store).damaged:
+    for file in check_files(store):
         found.setdefault((file.receipt.noun, file.receipt.name), f"{file.record.path} is lost or damaged")
     return found
 

@@ -96,11 +96,11 @@ def look_for_damage(store: Store, report: RunReport) -> None:
     The store suspects damaged outputs from now on, so that they are made again.
     """
     report.stage("matches").failed |= store.unreadable("matches")
-    damaged = check_files(store).damaged
+    damaged = check_files(store)
     for file in damaged:
         if file.receipt.noun == "matches":
             mend_match(store, file.receipt)
-    for file in check_files(store).damaged if damaged else ():
+    for file in check_files(store) if damaged else ():
         noun, name = file.receipt.noun, file.receipt.name
         if isinstance(file.receipt, Manifest):
             report.stage(noun).failed[f"version {file.receipt.version}"] = file.advice

@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION
-from pitchlore.pipeline.store.verification import Verification, restore, verify
+from pitchlore.pipeline.store.verification import Verification, restore, verify, verify_parts
 
 
 def verify_all(store: Store, *, season: bool = False) -> Verification:
@@ -25,6 +25,7 @@ def verify_all(store: Store, *, season: bool = False) -> Verification:
     """
     versions = [(noun, version) for noun in STAGES.versioned for version in store.versions(noun)]
     found = verify(store, STAGES.receipted, versions)
+    verify_parts(store, found)
     found.others += _parents(store)
     if not season:
         found.others += _matches(store)

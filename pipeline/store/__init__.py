@@ -8,6 +8,8 @@ one. Nothing here reads a clock: the same work gives the same bytes.
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from pitchlore.pipeline.store.outputs import Outputs
 from pitchlore.pipeline.store.quarantine import Quarantine
 from pitchlore.pipeline.store.versions import Versions
@@ -20,6 +22,6 @@ class Store(Outputs, Versions, Quarantine):
         root: the folder; made when something is written.
     """
 
-    def unreadable(self, noun: str) -> dict[str, str]:
-        """Problems of the unreadable receipts and manifests of a noun, by name."""
-        return self.unreadable_receipts(noun) | self.unreadable_versions(noun)
+    def unreadable(self, noun: str, without: Container[str] = ()) -> dict[str, str]:
+        """Problems of the unreadable receipts and manifests of a noun, by name, but those of some names."""
+        return self.unreadable_receipts(noun, without) | self.unreadable_versions(noun)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import errno
 import os
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import duckdb
 import polars as pl
@@ -19,31 +19,47 @@ from pitchlore.schemas import PUBLIC, Table
 
 #: Size and time of change [ns] of a file, None if it does not exist.
 Glance = tuple[int, int] | None
-#: Table and path of each file of a catalogue, and the :func:`glance` at the file when it was made.
-Listing = dict[tuple[str, str], Glance]
+
+
+class Listed(NamedTuple):
+    """A file of a catalogue.
+
+    Attributes:
+        table: the table whose view reads it, "" for none; of a receipt or its like :data:`RECORD`.
+        seen: the :func:`glance` at it when the catalogue was made.
+        part: the closed part that it belongs to (:mod:`pipeline.store.parts`), "" for none.
+    """
+
+    table: str
+    seen: Glance
+    part: str = ""
+
+
+#: The files of a catalogue, by absolute path.
+Listing = dict[str, Listed]
+#: The table of receipts, manifests and records of quarantine, which a catalogue is made by.
+RECORD = "."
 
 FILES = "catalog_files"
 #: The oldest DuckDB for which the file is written: all later ones read it, and that of 2.0 shuts out 1.x.
 FORMAT = "v1.0.0"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
-_LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
+_COLUMNS = "path varchar, table_name varchar, size bigint, changed_ns bigint, part varchar"
+_LISTED = {
+    "path": pl.String, "table_name": pl.String, "size": pl.Int64, "changed_ns": pl.Int64, "part": pl.String}
 _NOTHING = dict[str, str]()
 #: The process's own instance of DuckDB, if there is one: to make one takes as long as to attach ten files.
 _INSTANCE = list[duckdb.DuckDBPyConnection]()
 _ONE_AT_A_TIME = Lock()
 
 
-def build(
-    path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str] = ()
-) -> None:
-    """Make a catalogue with a view for every public table.
+def build(path: Path, files: Listing, of_groups: Collection[str] = ()) -> None:
+    """Make a catalogue with a view for every public table; one without files becomes a view without rows.
 
     Args:
         path: a file that does not exist yet; the caller moves it into place.
-        sources: table name to the files that hold its rows, by the receipts and manifests: absolute paths,
-            each with the :func:`glance` at the file. A table without files becomes a view without rows. Files
-            under ``""`` are listed, and are in no view.
+        files: the files that receipts and manifests name, these themselves, and those of closed parts.
         of_groups: tables whose files have rows of many matches; those of matches that are not in the table
             matches are left out.
 
@@ -52,7 +68,7 @@ def build(
         CorruptFile: if a file is none that DuckDB can read.
     """
     try:
-        _build(path, sources, of_groups)
+        _build(path, files, of_groups)
     except (duckdb.InvalidInputException, duckdb.BinderException, duckdb.ConversionException) as error:
         raise CorruptFile(f"a table cannot be read ({str(error).splitlines()[0]})", where=str(path.parent),
                           next_step="Look for the damage: `pitchlore verify`") from error
@@ -62,19 +78,20 @@ def build(
         path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
 
 
-def _build(
-    path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
-) -> None:
+def _build(path: Path, files: Listing, of_groups: Collection[str]) -> None:
+    sources: dict[str, list[str]] = {}
+    for file, listed in files.items():
+        sources.setdefault(listed.table, []).append(file)
     with _attached(path, f"storage_version '{FORMAT}'") as connection:
         connection.execute("pragma disable_optimizer")  # it takes longer than these small statements
         tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
         statements = [
-            f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)",
+            f"create table {FILES} ({_COLUMNS})",
             f"create table {TAGS} (tag varchar)",
             f"insert into {TAGS} values {tags}",
         ]
         for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
-            rows = _select(connection, schema, list(sources.get(name, ())))
+            rows = _select(connection, schema, sources.get(name, ()))
             if name in of_groups:
                 rows = f"from ({rows}) where match_id in (select match_id from matches)"
             statements += [
@@ -84,8 +101,8 @@ def _build(
                   for column, meaning in schema.meanings().items())]
         connection.begin()  # one write for all statements
         connection.execute(";\n".join(statements))
-        listing = [(name, file, *(seen or (None, None)))
-                   for name, files in sources.items() for file, seen in files.items()]
+        listing = [(file, each.table, *(each.seen or (None, None)), each.part)
+                   for file, each in files.items()]
         listed = pl.DataFrame(listing, schema=_LISTED, orient="row").to_arrow()
         connection.from_arrow(listed).insert_into(FILES)
         connection.commit()
@@ -120,22 +137,30 @@ def glance(file: Path | str) -> Glance:
     return found.st_size, found.st_mtime_ns
 
 
-def listing(path: Path) -> Listing | None:
-    """The files of a catalogue: table and path to the :func:`glance` at its making.
+def listing(path: Path, *, open_only: bool = False) -> Listing | None:
+    """The files of a catalogue.
 
-    None if there is no readable catalogue, or if it was made for other tables or other versions of them.
+    Args:
+        path: the catalogue.
+        open_only: without the files of the matches in closed parts.
+
+    Returns:
+        None if there is no readable catalogue, or if it was made for other tables or other versions of them.
     """
     if not path.exists():
         return None
+    wanted = f"where part = '' or table_name not in ('', '{RECORD}')" if open_only else ""
     try:
         with _attached(path, "read_only") as connection:
             tags = connection.execute(f"select tag from {TAGS}").fetchall()
-            rows = connection.execute(f"select table_name, path, size, changed_ns from {FILES}").fetchall()
+            rows = connection.execute(
+                f"select path, table_name, size, changed_ns, part from {FILES} {wanted}").fetchall()
     except duckdb.Error:
         return None
     if {tag for (tag,) in tags} != {schema.tag() for schema in PUBLIC.values()}:
         return None
-    return {(name, file): (size, changed) for name, file, size, changed in rows}
+    return {file: Listed(table, None if size is None else (size, changed), part)
+            for file, table, size, changed, part in rows}
 
 
 def connected(path: Path) -> duckdb.DuckDBPyConnection:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -45,9 +45,12 @@ class Outputs(Reading):
         """
         return read_model(self._receipt_path(noun, name), Receipt)
 
-    def receipts(self, noun: str) -> Iterator[Receipt]:
-        """All readable receipts of a noun, sorted by name; see also :meth:`unreadable_receipts`."""
-        for path in listed(self.root / noun, RECEIPT):
+    def receipts(self, noun: str, without: Container[str] = ()) -> Iterator[Receipt]:
+        """All readable receipts of a noun, sorted by name, but those of some names.
+
+        See also :meth:`unreadable_receipts`.
+        """
+        for _, path in self._named(noun, without):
             with suppress(CorruptFile):
                 receipt = read_model(path, Receipt)
                 if receipt is not None:
@@ -56,19 +59,19 @@ class Outputs(Reading):
     def stamps(self, noun: str) -> dict[str, Stamp]:
         """The stamps of the receipts of a noun, by name, except of those that were written just now."""
         found = {}
-        for path in listed(self.root / noun, RECEIPT):
+        for name, path in self._named(noun):
             with suppress(OSError):
-                found[path.rpartition("/")[2].removesuffix(RECEIPT)] = stamp_of(path)
+                found[name] = stamp_of(path)
         return {name: stamp for name, stamp in found.items() if settled(stamp)}
 
-    def unreadable_receipts(self, noun: str) -> dict[str, str]:
-        """Problems of unreadable receipts, by name of the output."""
+    def unreadable_receipts(self, noun: str, without: Container[str] = ()) -> dict[str, str]:
+        """Problems of unreadable receipts, by name of the output, but those of some names."""
         found = {}
-        for path in listed(self.root / noun, RECEIPT):
+        for name, path in self._named(noun, without):
             try:
                 read_model(path, Receipt)
             except CorruptFile as error:
-                found[Path(path).name.removesuffix(RECEIPT)] = str(error)
+                found[name] = str(error)
         return found
 
     def holding(self, work: Work) -> Receipt | None:
@@ -213,6 +216,13 @@ class Outputs(Reading):
             raise Overtaken("has been written or removed by another machine meanwhile",
                             where=self.mirror.where(path), next_step="Run again: it goes on from what stands")
         return standing
+
+    def _named(self, noun: str, without: Container[str] = ()) -> Iterator[tuple[str, str]]:
+        """Name and path of each receipt of a noun, sorted, but those of some names."""
+        for path in listed(self.root / noun, RECEIPT):
+            name = path.rpartition("/")[2].removesuffix(RECEIPT)
+            if name not in without:
+                yield name, path
 
     def _receipt_path(self, noun: str, name: str) -> str:
         return f"{self.root}/{noun}/{safe(name)}{RECEIPT}"

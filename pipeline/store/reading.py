@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
-from pitchlore.pipeline.base.digests import digest
+from pitchlore.pipeline.base.digests import digest, digest_of_file
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.meter import count_read
@@ -111,6 +111,6 @@ class Reading(Files):
             return self.mirror.size(path, record.sha256) == record.size
         try:
             return (path.is_file() and path.stat().st_size == record.size
-                    and digest(path.read_bytes()) == record.sha256)
+                    and digest_of_file(path) == record.sha256)
         except OSError:  # what cannot be read is not whole
             return False

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from typing import Any
 
 import polars as pl
 import pyarrow.parquet
@@ -27,15 +28,20 @@ def to_parquet(frame: pl.DataFrame, schema: type[Table], *, where: str) -> bytes
     check(frame, schema, where=where)
     # in one piece: Parquet's pages and statistics follow the pieces that a table came in
     table = frame.rechunk().to_arrow().replace_schema_metadata({SCHEMA_KEY: schema.tag()})
-    floats = [name for name, dtype in frame.schema.items() if dtype.is_float()]
-    times = [name for name, dtype in frame.schema.items() if dtype in (pl.Int64, pl.UInt32)]
     buffer = io.BytesIO()
-    pyarrow.parquet.write_table(
-        table, buffer, compression="zstd", compression_level=1,
-        use_dictionary=[name for name in frame.columns if name not in (*floats, *times)],
-        use_byte_stream_split=floats, column_encoding=dict.fromkeys(times, "DELTA_BINARY_PACKED"),
-    )
+    pyarrow.parquet.write_table(table, buffer, **written_as(frame.schema))
     return buffer.getvalue()
+
+
+def written_as(columns: pl.Schema) -> dict[str, Any]:
+    """How columns are stored, as arguments of pyarrow's writer (see :func:`to_parquet`)."""
+    floats = [name for name, dtype in columns.items() if dtype.is_float()]
+    times = [name for name, dtype in columns.items() if dtype in (pl.Int64, pl.UInt32)]
+    return {
+        "compression": "zstd", "compression_level": 1,
+        "use_dictionary": [name for name in columns if name not in (*floats, *times)],
+        "use_byte_stream_split": floats, "column_encoding": dict.fromkeys(times, "DELTA_BINARY_PACKED"),
+    }
 
 
 def check(frame: pl.DataFrame, schema: type[Table], *, where: str) -> None:

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound
-from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store import Store, parts
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.mirrors import key_of
 from pitchlore.pipeline.store.outputs import RECEIPT
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
-from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, parsed, read_anew, read_model
+from pitchlore.pipeline.store.sealed import REMEDY, REMEDY_OF_VERSION, parsed, read_anew, read_model
 
 #: Greatest size of a file that is restored, MiB: that of any.
 _WHOLE_MB = 1 << 20
@@ -80,6 +80,18 @@ def verify(store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int
             if damage is not None:
                 found.damages.append(damage)
     return found
+
+
+def verify_parts(store: Store, found: Verification) -> None:
+    """Check the bytes of closed parts against their SHA-256, and add to what was found."""
+    for part in parts.closed_parts(store):
+        for record in part.files.values():
+            found.files += 1
+            found.size += record.size
+            if not store.whole(record, store.root):
+                found.damages.append(Damage(store.root / record.path, CorruptFile(
+                    "is not what was written (SHA-256 differs)", where=str(store.root / record.path),
+                    next_step=REMEDY)))
 
 
 def restore(damage: Damage, store: Files, backup: Files) -> bool:

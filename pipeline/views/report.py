@@ -12,7 +12,8 @@ from pitchlore.pipeline import arena
 from pitchlore.pipeline.base.errors import NotFound, PitchloreError
 from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.base.toml import Frozen
-from pitchlore.pipeline.engine.catalog import Vouched, check_files
+from pitchlore.pipeline.engine.catalog import check_files
+from pitchlore.pipeline.engine.look import Vouched
 from pitchlore.pipeline.engine.outputs import refusing, table_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import Player, apprentice, entrant, labelled
@@ -39,7 +40,7 @@ NO_SETTINGS = Frozen()
 
 def damaged(store: Store) -> list[Vouched]:
     """Damaged files of seasons and evaluations. What they are of is left out of the report."""
-    return [file for file in check_files(store).damaged if file.receipt.noun in ("seasons", "evaluations")]
+    return [file for file in check_files(store) if file.receipt.noun in ("seasons", "evaluations")]
 
 
 def _whole(store: Store, noun: str, without: Sequence[Vouched]) -> list[Receipt]:

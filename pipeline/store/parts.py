@@ -1,0 +1,170 @@
+"""Closed parts: the rows of many matches in one file a table, so that a question opens few files.
+
+A part is a cache. It joins the tables of matches that are complete, beside their own files, which the stages
+read. It names the files that it was joined from, and stands as long as these are the ones that receipts name.
+If one of its matches is removed or made anew, the part is dropped, and its other matches are joined anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import pyarrow.parquet
+
+from pitchlore.pipeline.base.digests import canonical, digest, digest_of_file
+from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.store.meter import count_written
+from pitchlore.pipeline.store.paths import listed
+from pitchlore.pipeline.store.reading import Reading
+from pitchlore.pipeline.store.receipts import FileRecord, Receipt
+from pitchlore.pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.store.tables import SCHEMA_KEY, written_as
+from pitchlore.schemas import PUBLIC, Table
+
+#: Matches of a part. A question opens a file for each part, and one for each match that is in none.
+MATCHES = 256
+#: The folder of parts, in a data folder.
+FOLDER = "closed"
+#: How the names of their indexes end.
+INDEX = ".part.json"
+#: Bytes of the matches' files that are joined at once: this bounds memory.
+_TOGETHER = 8 << 20
+
+
+class Source(NamedTuple):
+    """A file with rows of one match.
+
+    Attributes:
+        table: the public table.
+        receipt: the receipt that names the file.
+    """
+
+    table: str
+    receipt: Receipt
+
+    @property
+    def record(self) -> FileRecord:
+        """The file."""
+        return self.receipt.files[self.table]
+
+
+class ClosedPart(Frozen):
+    """Index of a closed part.
+
+    Attributes:
+        matches: ids of its matches, sorted.
+        members: digest of the names of the files that it was joined from (:func:`members_of`).
+        files: the joined files, by table.
+    """
+
+    matches: tuple[str, ...]
+    members: str
+    files: dict[str, FileRecord]
+
+    @property
+    def name(self) -> str:
+        """Its name, which no other part has."""
+        return digest(canonical([self.matches, self.members]))[:12]
+
+    @property
+    def index(self) -> str:
+        """Path of its index in the data folder."""
+        return f"{FOLDER}/{self.name}{INDEX}"
+
+
+def members_of(sources: Sequence[Source]) -> str:
+    """Digest of the names of files, and of the version that their tables are joined in."""
+    tags = {name: schema.tag() for name, schema in PUBLIC.items()}
+    return digest(canonical([
+        [tags[source.table], source.record.path, source.record.sha256] for source in sources]))[:16]
+
+
+def closed_parts(store: Reading) -> Iterator[ClosedPart]:
+    """The parts of a data folder with a readable index; damaged ones are removed."""
+    for path in listed(store.root / FOLDER, INDEX):
+        with suppress(CorruptFile):
+            part = read_model(path, ClosedPart)
+            if part is not None and store.root / part.index == Path(path):
+                yield part
+                continue
+        store.drop(Path(path))
+
+
+def is_current(part: ClosedPart, sources: Mapping[str, Sequence[Source]]) -> bool:
+    """True if a part is joined from the files that its matches have now. Its own files are not looked at."""
+    if not all(match in sources for match in part.matches):
+        return False
+    return part.members == members_of([each for match in part.matches for each in sources[match]])
+
+
+def join_matches(store: Reading, sources: Mapping[str, Sequence[Source]]) -> ClosedPart:
+    """Join the tables of some matches, and write the index last.
+
+    Args:
+        store: the data folder.
+        sources: the files with rows of each match, by its id.
+
+    Raises:
+        CorruptFile: if a file is damaged.
+        StorageFailed: if the disk refuses.
+    """
+    matches = tuple(sorted(sources))
+    every = [each for match in matches for each in sources[match]]
+    files = {}
+    for table in sorted({each.table for each in every}):
+        of_table = [each for each in every if each.table == table]
+        files[table] = _joined(store, PUBLIC[table], of_table)
+    part = ClosedPart(matches=matches, members=members_of(every), files=files)
+    store.write_bytes(store.root / part.index, sealed(part))
+    return part
+
+
+def remove_unnamed(store: Reading, standing: Iterable[ClosedPart]) -> None:
+    """Remove the files of parts that somebody was closing when he was killed."""
+    named = {record.path for part in standing for record in part.files.values()}
+    for path in listed(store.root / FOLDER, ".parquet"):
+        if not path.rpartition("/")[2].startswith(".") and f"{FOLDER}/{path.rpartition('/')[2]}" not in named:
+            store.drop(Path(path))
+
+
+def drop_part(store: Reading, part: ClosedPart) -> None:
+    """Remove a part, its index first. Its matches' own files are not touched."""
+    store.drop(store.root / part.index)
+    for record in part.files.values():
+        store.drop(store.root / record.path)
+
+
+def _joined(store: Reading, schema: type[Table], sources: Sequence[Source]) -> FileRecord:
+    """Write the rows of some files as one file, a piece at a time."""
+    path = f"{FOLDER}/{schema.NAME}-{members_of(sources)[:12]}.parquet"
+    rows = 0
+    with store.aside(store.root / path) as temporary:
+        writer: pyarrow.parquet.ParquetWriter | None = None
+        for batch in _batches(sources):
+            frame = store.read_tables([each.receipt for each in batch], schema.NAME, schema)
+            table = frame.to_arrow().replace_schema_metadata({SCHEMA_KEY: schema.tag()})
+            if writer is None:
+                writer = pyarrow.parquet.ParquetWriter(temporary, table.schema, **written_as(frame.schema))
+            writer.write_table(table)
+            rows += frame.height
+        assert writer is not None
+        writer.close()
+        size, sha256 = temporary.stat().st_size, digest_of_file(temporary)
+    count_written(size)
+    return FileRecord(path=path, sha256=sha256, size=size, table=schema.tag(), rows=rows)
+
+
+def _batches(sources: Sequence[Source]) -> Iterator[list[Source]]:
+    batch, size = list[Source](), 0
+    for source in sources:
+        batch.append(source)
+        size += source.record.size
+        if size > _TOGETHER:
+            yield batch
+            batch, size = [], 0
+    if batch:
+        yield batch
