@@ -69,10 +69,10 @@ def of_version(
         sides: rows of schema Sides of the version's matches.
         parent: the noun of the parent in ``inputs``.
     """
-    from pitchlore.pipeline.stages.options.of_team import team_habits  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pitchlore.pipeline.stages.options.runs import as_logged  # noqa: PLC0415 (see pipeline.engine.stages)
-
     if team is not None and inputs["options"]:
+        from pitchlore.pipeline.stages.options.of_team import team_habits  # noqa: PLC0415 (it loads scikit-learn)
+        from pitchlore.pipeline.stages.options.runs import as_logged  # noqa: PLC0415 (see pipeline.engine.stages)
+
         mine, clues = sides_of(team, sides), [Clues.empty()]
         of_match = max(settings.windows_at_most // len(inputs["options"]), 1)
         matches = zip(inputs.tables("options", Clues), inputs.tables("options", Options), strict=True)

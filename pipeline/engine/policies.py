@@ -118,10 +118,8 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         settings: settings of the stage.
         fit: fits the appraisals; None: :func:`pipeline.stages.policies.appraise.fit_action_values`.
     """
-    from pitchlore.pipeline.stages.policies.appraise import actions, fit_action_values  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.stages.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.stages.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
-    from pitchlore.pipeline.stages.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
@@ -135,7 +133,10 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     appraisals, reads = Appraisals.empty(), settings.learner != "sarsa"
     trees = next(inputs.batches("knowledge", HabitTrees)) if reads else HabitTrees.empty()
     if settings.learner == "sight":
-        seen = actions(seen, TABLE_1, settings.appraisals)
+        from pitchlore.pipeline.stages.policies import appraise  # noqa: PLC0415 (it loads scikit-learn)
+        from pitchlore.pipeline.stages.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
+
+        seen = appraise.actions(seen, TABLE_1, settings.appraisals)
     if settings.learner == "imitation":
         seen, appraisals = habitual(next(inputs.batches("knowledge", Habits)), trees, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
@@ -147,7 +148,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         sights = pl.concat(inputs.batches("sequences", Sights))
         watched = sights.drop_nulls("code").join(
             mine, on=("match_id", "team"), how="semi", maintain_order="left")
-        appraisals, kept = (fit or fit_action_values)(
+        appraisals, kept = (fit or appraise.fit_action_values)(
             ordered, sights, seen, settings.appraisals, inputs.version, watched, trees)
         policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
     returned = returns_of(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
+import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import I64
@@ -35,10 +38,10 @@ def elements_of(states: I64, key: Key, slot: int) -> pl.Series:
     own = columns(key, slot)
     if not own:
         return pl.Series("elements", [[]] * len(states), dtype=pl.List(pl.String))
-    said = {
-        str(place): pl.Series([f"{TABLE[column.element].name}{IS}{level}" for level in levels_of(column)])
-        .gather(digits[:, place]) for place, column in enumerate(own)}
-    return pl.DataFrame(said).select(pl.concat_list(pl.all()).alias("elements"))["elements"]
+    words = [[f"{TABLE[column.element].name}{IS}{level}" for level in levels_of(column)] for column in own]
+    before = np.cumsum([0, *map(len, words[:-1])])
+    said = pl.Series("elements", list(chain.from_iterable(words))).gather((digits + before).ravel())
+    return said.reshape((len(states), len(own))).arr.to_list()
 
 
 def levels_in_words(elements: list[str]) -> dict[str, str]:

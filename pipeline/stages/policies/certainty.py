@@ -88,10 +88,8 @@ def states_of(policy: pl.DataFrame, returned: pl.DataFrame) -> pl.DataFrame:
 
 
 def _elements(states: pl.DataFrame) -> pl.Series:
-    """The elements of each state in words, List[String], in the order of the rows."""
-    parts = [pl.DataFrame(schema={"row": pl.UInt32, "elements": pl.List(pl.String)})]
-    numbered = states.select(*_STATE).with_row_index("row")
-    for (role, key), rows in numbered.group_by("role", "key", maintain_order=True):
-        said = elements_of(rows["state"].to_numpy(), key, ROLES.index(str(role)))
-        parts.append(rows.select("row").with_columns(elements=said))
-    return pl.concat(parts).sort("row")["elements"]
+    """The elements of each state in words, List[String]; states are sorted by role and key."""
+    parts = [pl.Series("elements", [], dtype=pl.List(pl.String))]
+    for (role, key), rows in states.select(*_STATE).group_by("role", "key", maintain_order=True):
+        parts.append(elements_of(rows["state"].to_numpy(), key, ROLES.index(str(role))))
+    return pl.concat(parts)
