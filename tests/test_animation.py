@@ -63,9 +63,10 @@ def near(one, other):
     return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= 12
 
 
-def test_frame_rate():
-    """A film has twelve and a half pictures a second."""
-    found = pictures(film())
+@pytest.mark.parametrize(("kind", "speed"), [(Kind.VSSS, 0.2), (Kind.SSL, 2.0), (Kind.SIM2D, 2.0)])
+def test_frame_rate(kind, speed):
+    """A film of any league has twelve and a half pictures a second."""
+    found = pictures(film(played(ball=lambda t: (speed * t, 0.0)), kind=kind))
     assert len(found) == 25
     assert {duration for duration, _ in found} == {80}
     assert found[0][1].width == 400

@@ -1,12 +1,14 @@
 """A match in memory has the tables of a data folder that holds it alone."""
 
 import json
+from collections import Counter
 
 import pytest
 from conftest import clip
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.making import make
 from pitchlore.pipeline.engine.matches import read_match, take_in
 from pitchlore.pipeline.engine.memory import MemoryInputs
 from pitchlore.pipeline.engine.recordings import Recording
@@ -63,3 +65,32 @@ def test_what_is_no_noun_of_a_match(tmp_path):
     with pytest.raises(NotFound, match="has no choices"):
         match.table("sequences", Choices)
     assert next(match.batches("sequences", Choices)).equals(Choices.empty())
+
+
+@pytest.fixture
+def derby(tmp_path):
+    clip(0.0, 30.0).write_csv(tmp_path / "derby.csv")
+    return Recording(file=tmp_path / "derby.csv")
+
+
+def test_taken_from_memory(derby, tmp_path, monkeypatch):
+    """Tables that a stage has made are read by no later stage of the match, and the bytes are the same."""
+    one, other = Store(tmp_path / "one"), Store(tmp_path / "other")
+    name = take_in(one, derby)[0].name
+    take_in(other, derby)
+    scope = Scope(matches=(name,))
+    STAGES.make(one, SETTINGS, scope)
+    read = Counter()
+    read_table = Store.read_table
+    monkeypatch.setattr(Store, "read_table", lambda store, receipt, role, schema: (
+        read.update([role]), read_table(store, receipt, role, schema))[1])
+    for stage_group in STAGES.stage_groups():
+        for output in stage_group[0].outputs(scope):
+            outcome = make(other.root, [stage.noun for stage in stage_group], output, SETTINGS, scope, frozenset())
+            assert not outcome.failed
+        if stage_group[0].noun == "sides":
+            assert read == {"matches": 1, "referee": 1}
+    files = {stage.noun: [store.receipt(stage.noun, output.name).files for store in (one, other)]
+             for stage in STAGES.computed() for output in stage.outputs(scope)}
+    assert {noun for noun, (first, second) in files.items() if first != second} == set()
+    assert "trajectories" in files

@@ -1,5 +1,6 @@
 """Played matches beside recorded ones: the same situations, about as often."""
 
+import json
 from functools import cache
 
 import polars as pl
@@ -9,6 +10,7 @@ from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.arena.teams.constant import best_constant
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
@@ -78,3 +80,18 @@ def test_other_leagues(name):
     """Situations that are common in other leagues happen in played matches, too."""
     common = {code for code, share in mix(imported(name)).items() if share >= COMMON}
     assert common <= set().union(*(played(*teams) for teams in LIKE_SOCCER))
+
+
+def test_constant_teams_keep_their_names(call, tmp_path):
+    """Their matches, knowledge and pages have the words that people call them; half a minute without goals is enough."""
+    data = ("--data", tmp_path)
+    _, out, _ = call("record", "--home", "constant:044", "--away", "best-constant", "--minutes", "0.5", "--json", *data)
+    best = best_constant().word
+    assert "constant-044-" + best.translate(str.maketrans(":/", "--")) in out
+    assert call("run", *data)[0] == 0
+    _, out, _ = call("sql", "select side, team, counts_as from sides order by side desc", "--json", *data)
+    assert [[*row.values()] for row in json.loads(out)] == [["home", "constant:044", "constant:044"], ["away", best, best]]
+    code, _, err = call("scout", *data)
+    assert code == 0, err
+    assert {path.stem.rsplit("-", 2)[0] for path in (tmp_path / "scout" / "teams").iterdir()} == {
+        "constant-044", best.translate(str.maketrans(":/", "--"))}

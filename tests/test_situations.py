@@ -2,18 +2,20 @@
 
 from math import pi
 
+import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.literal import Found, recognise_literally
+from support.literal import BALL, Found, Match, recognise_literally
 from support.recordings import INSPER, RCSS, RSIM, SSL, beside, bodies_of, imported
 from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
-from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
+from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind, Pitch
 from pitchlore.pipeline.settings import SituationSettings
+from pitchlore.pipeline.stages.situations.dense import dense_match
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.situations.rulebook import rule_table, term_table
 from pitchlore.pipeline.stages.situations.rules import RULES, TABLE_1, Start
@@ -258,3 +260,17 @@ class TestTables:
         path = beside("README.md").parent.parent / "paper" / "table1_situations.csv"
         paper = pl.read_csv(path)
         assert {row["code"]: (row["name"], row["priority"]) for row in paper.iter_rows(named=True)}.items() <= TABLE_1.items()
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from([Kind.VSSS, Kind.SIM2D]))
+def test_same_as_literal(seed, kind):
+    """Jolts and gains are those of the literal recogniser, on matches with holes, stops and suspect samples."""
+    table = walk(seed)
+    found = dense_match(table, SCALES[kind]).ball[5:7]
+    match = Match(table, PITCHES[kind])
+    for place, frame in enumerate(match.frames):
+        if BALL in match.at[frame]:
+            assert found[:, place] == pytest.approx(match.ball_jolts[frame], abs=1e-5)
+        else:
+            assert np.isnan(found[:, place]).all()

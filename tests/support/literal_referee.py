@@ -1,7 +1,7 @@
 """The laws of a stretch of play, read off all its frames at once: slow, without memory, and without numba.
 
 The referee of the product carries counts from frame to frame; this one looks back over the stretch. It is
-the oracle of ``tests/test_referee_crowds.py``.
+the oracle of ``tests/test_referee.py``.
 """
 
 import math
