@@ -36,7 +36,7 @@ _KICK_OFF_NS = 1_000_000_000
 #: Samples of a body that is at one place from which on it was never seen, if x is y there.
 _TELLING = 100
 #: Rows of each of the three windows in which jumps on one axis are looked for.
-_WINDOW = 8_000
+_WINDOW = 6_000
 #: Share of samples before an earlier one of their body from which on the order of a file is not that of time.
 _FALLS = 0.01
 #: The ball's side.
@@ -178,39 +178,50 @@ def _jumped_on_an_axis(table: pl.DataFrame) -> tuple[float, Bools] | None:
 
     Looked for in three windows of the file; then it counts in all of it.
     """
+    who = _who(table)
     starts = sorted({0, max(0, (len(table) - _WINDOW) // 2), max(0, len(table) - _WINDOW)})
+    windows = [start + np.argsort(who[start:start + _WINDOW], kind="stable") for start in starts]
     for axis in ("x", "y"):
         values = table[axis].fill_null(np.nan).to_numpy()
-        values = np.where(np.abs(values) < _NUMBERS, values, np.nan)
-        known = values[np.isfinite(values)]
-        if not len(known):
+        some = np.concatenate([values[rows] for rows in windows])
+        some = some[np.abs(some) < _NUMBERS]
+        if not len(some) or (reach := float(some.max() - some.min())) <= 0:
             continue
-        jump = _JUMP * float(known.max() - known.min())
-        found: list[F64] = []
-        for start in starts:
-            part = table[start:start + _WINDOW]
-            samples = _Samples.of(part, np.arange(len(part)))
-            order = samples.rows
-            v, who = values[start:start + _WINDOW][order], samples.who
-            same = who[1:] == who[:-1]
-            step = np.where(same, np.abs(np.diff(v)), 0.0)
-            found.append(v[1:-1][(step[:-1] >= jump) & ((step[1:] >= jump) | (step[1:] == 0) & same[1:])])
-        often, counts = np.unique(np.concatenate(found), return_counts=True)
-        for value in often[np.argsort(-counts, kind="stable")][:1]:
-            if counts.max() < _RECURS or jump <= 0:
-                continue
-            central = abs(value - (known.max() + known.min()) / 2) < _CENTRAL * (known.max() - known.min())
-            ball = table["side"].to_numpy() == _BALL  # which is put there
-            samples = _Samples.of(table, np.flatnonzero(~(ball & central)))
-            at = (values == value) & ~(ball & central)
-            visits = samples.visits(at, axis)
-            near = samples.visits((np.abs(values - value) < jump / 2) & ~at, axis)
-            telling = (visits.into >= jump) & (visits.away >= jump)
-            usual = (near.into >= jump) & (near.away >= jump)
-            if np.count_nonzero(telling) >= _RECURS and telling.mean() >= _SOME and (
-                    not len(usual) or usual.mean() < _RARELY):
-                return float(value), at
+        found = np.concatenate([_jumped(values[rows], who[rows], _JUMP * reach) for rows in windows])
+        often, counts = np.unique(found, return_counts=True)
+        if len(often) and counts.max() >= _RECURS:
+            value = float(often[np.argmax(counts)])
+            at = _jumps(table, axis, values, value, some)
+            if at is not None:
+                return value, at
     return None
+
+
+def _jumped(values: F64, who: I64, jump: float) -> F64:
+    """Numbers that bodies jump to, and then leave by a jump; ``who`` is in order."""
+    same = who[1:] == who[:-1]
+    step = np.abs(np.diff(values))
+    into = np.flatnonzero(same & (step >= jump)) + 1
+    ends = np.flatnonzero(~same | (step != 0))
+    into = into[into <= ends[-1]] if len(ends) else into[:0]
+    away = ends[np.searchsorted(ends, into)]
+    left: F64 = values[into[same[away] & (step[away] >= jump)]]
+    return left
+
+
+def _jumps(table: pl.DataFrame, axis: str, values: F64, value: float, some: F64) -> Bools | None:
+    """Rows with a number on an axis, if bodies jump to it and away, but not to places beside it; or None."""
+    reach = float(some.max() - some.min())
+    central = abs(value - (some.max() + some.min()) / 2) < _CENTRAL * reach
+    ball = table["side"].to_numpy() == _BALL  # which is put there
+    samples = _Samples.of(table, np.flatnonzero(~(ball & central)))
+    at = (values == value) & ~(ball & central)
+    visits = samples.visits(at, axis)
+    near = samples.visits((np.abs(values - value) < _JUMP * reach / 2) & ~at, axis)
+    telling, usual = ((each.into >= _JUMP * reach) & (each.away >= _JUMP * reach) for each in (visits, near))
+    if np.count_nonzero(telling) < _RECURS or telling.mean() < _SOME:
+        return None
+    return at if not len(usual) or usual.mean() < _RARELY else None
 
 
 def _who(table: pl.DataFrame) -> I64:

@@ -28,7 +28,7 @@ _DAYS = 2
 #: Seconds of each part of a clock.
 _SECONDS = {"d": 86_400, "h": 3_600, "m": 60, "s": 1, "am": 60, "as": 1}
 #: Rows that are looked at for the unit of times, and steps from which on these tell.
-_LOOK, _STEPS = 20_000, 100
+_LOOK, _STEPS = 10_000, 100
 #: Steps of units other than the second: at 1 to 250 samples a second; days are those of spreadsheets.
 _STEP_IN: dict[TimeUnit, tuple[float, float]] = {
     "ms": (4.0, 1e3), "us": (4e3, 1e6), "ns": (4e6, 1e9), "days": (1e-9, 1 / 86_400)}
@@ -119,16 +119,17 @@ def unit_by_steps(column: pl.Series, frames: pl.Series | None, name: str) -> tup
     Raises:
         BadRecording: if most values are no numbers, or if each of several frames has the same whole second.
     """
-    some = column.gather_every(max(1, len(column) // _LOOK)).drop_nulls()
+    some = column.gather_every(max(1, len(column) // 1000)).drop_nulls()
+    begin = column[:_LOOK]
     if some.dtype == pl.String:
         some = some.filter(some != "")
-        numbers = some.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+        numbers, begin = (texts.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+                          for texts in (some, begin))
         if numbers.null_count() > len(some) / 2:
             wrong = some.filter(numbers.is_null())[0]
             raise BadRecording(f"has the time {wrong!r}, no number, in most rows", where=name,
                                next_step="Write times as seconds, without marks between thousands")
-    begin = column[:_LOOK].cast(pl.String).str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
-    every = begin.diff()
+    every = begin.cast(pl.Float64).diff()
     steps = every.filter(every > 0)
     if len(steps) < _STEPS:
         return "s", ""

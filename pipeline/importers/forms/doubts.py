@@ -26,7 +26,7 @@ _FINER = {"s": "ms", "ms": "us", "us": "ns"}
 #: Share of robots' steps that are slower than the speed that is looked at, and one that nobody has, m/s.
 _USUALLY, _FASTEST = 0.9, {Kind.VSSS: 3.0, Kind.SSL: 6.0, Kind.SIM2D: 6.0, Kind.HUMAN: 12.0}
 #: Robots that are looked at for it.
-_LOOK = 40_000
+_LOOK = 20_000
 #: Bodies that reach less far along, or further across, as a share of half of the pitch, do not fit it.
 _ALONG, _ACROSS = 0.8, 1.06
 #: Share of bodies that are beyond what counts as how far they reach.
@@ -122,7 +122,8 @@ def doubts(frames: Frames, pitch: Pitch, mapping: TrackingMap, *, inferred: bool
         note = (f"robots move at {speed:.3g} m/s: nobody is so fast. Nothing is learned from it; if units "
                 'are others, say so in a map, [units] time = "min" or length = "cm"')
         flaws.append(Flaw("implausible", note, len(t_ns), 0, end))
-    along, across = (float(np.nanquantile(np.abs(frames.robots[axis]), 1 - _STRAY)) * 2 / whole
+    some = frames.robots[::max(1, len(frames.robots) // _LOOK)]
+    along, across = (float(np.nanquantile(np.abs(some[axis]), 1 - _STRAY)) * 2 / whole
                      for axis, whole in (("x", pitch.length), ("y", pitch.width)))
     if inferred and (along < _ALONG or across > _ACROSS):
         swapped = along * pitch.length < across * pitch.width

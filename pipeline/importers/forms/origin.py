@@ -38,7 +38,7 @@ _LARGEST = 1.1
 #: Places that reach no further on an axis, as a share of their reach on the other, are on a line.
 _WIDE = 0.3
 #: Rows that are looked at, evenly over the table.
-_LOOK = 50_000
+_LOOK = 20_000
 #: Larger places are damage.
 _NUMBERS = 1e6
 #: Samples from which on a match that is in one quarter is refused.
@@ -122,7 +122,7 @@ def _reach(table: pl.DataFrame) -> _Reach | None:
     axes = [some[axis].filter(some[axis].abs() < _NUMBERS).to_numpy() for axis in ("x", "y")]
     if not all(len(values) for values in axes):
         return None
-    return _Reach(*(float(np.quantile(values, share)) for values in axes for share in (_STRAY, 1 - _STRAY)))
+    return _Reach(*(float(end) for values in axes for end in np.quantile(values, (_STRAY, 1 - _STRAY))))
 
 
 def _found(
