@@ -179,18 +179,32 @@ class TestGrams:
         assert counted(sequence_of(table), 2)["role"].to_list() == ["goalkeeper", "midfield"]
 
     @pytest.mark.slow
-    @given(matches, st.integers(1, 4))
+    @given(st.lists(matches, min_size=1, max_size=3), st.integers(1, 4), st.booleans(), st.integers(0, 99))
     @settings(max_examples=50)
-    def test_hold_every_window_once(self, match, n):
-        """Grams hold every window once."""
-        home, away, scored = match
-        table = situations(consecutive(home), consecutive(away, team="away", role="s"))
-        valued = sequence_of(table, goals(*scored))
-        found = grams(valued, n)
-        runs = windows(valued, n)
-        assert found["count"].sum() == len(runs.first)
-        means = exact(valued["value"].to_numpy()[runs.first[:, None] + np.arange(n)].mean(axis=1))
-        assert found["value_sum"].sum() == means.sum()
+    def test_every_window_once(self, found, n, by_change, seed):
+        """Counts and sums are those of every window, one by one, to the last bit; squares are of whole matches."""
+        rng = np.random.default_rng(seed)
+        tables = [sequence_of(situations(consecutive(home), consecutive(away, team="away", role="s")), goals(*scored))
+                  .with_columns(match_id=pl.lit(str(number))) for number, (home, away, scored) in enumerate(found)]
+        table = pl.concat(tables)
+        value, change = rng.uniform(-1, 1, (2, table.height))
+        x = np.where(rng.random(table.height) < 0.3, np.nan, value)
+        table = table.with_columns(
+            pl.Series("value", value), pl.Series("x", x, dtype=pl.Float32).fill_nan(None),
+            pl.Series("y", x, dtype=pl.Float32).fill_nan(None), change=pl.Series(change) if by_change else None)
+        taken, told = rng.random(table.height) < 0.2, {}
+        for first, key in zip(*windows(table, n, taken), strict=True):
+            rows = slice(first, first + n)
+            worth, paper = exact(change[rows].sum()), exact(value[rows].sum() / n)
+            told.setdefault((key, table["match_id"][int(first)]), []).append((worth if by_change else paper, paper, table["x"][int(first)]))
+        of_keys = {}
+        for (key, _), each in sorted(told.items()):
+            worths, papers, places = zip(*each, strict=True)
+            there, total = [exact(place, 2.0**-16) for place in places if place is not None], sum(worths)
+            of_keys.setdefault(key, []).append((
+                len(each), total, sum(exact(worth**2) for worth in worths), exact(total**2, 2.0**-16),
+                exact(total * len(each), 2.0**-16), len(each) ** 2, sum(papers), len(there), sum(there), sum(there)))
+        assert grams(table, n, taken).rows() == [(key, *map(sum, zip(*each, strict=True))) for key, each in sorted(of_keys.items())]
 
 
 class TestMerge:

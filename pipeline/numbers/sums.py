@@ -57,7 +57,7 @@ def _sums(tables: list[pl.DataFrame], keys: Sequence[str] | str) -> pl.DataFrame
 
 
 def _by_number(tables: list[pl.DataFrame], key: str) -> pl.DataFrame:
-    found, places = _distinct([table[key].to_numpy() for table in tables])
+    found, places = numbered([table[key].to_numpy() for table in tables])
     columns: dict[str, F64 | I64] = {key: found}
     for name, dtype in tables[0].schema.items():
         if name != key:
@@ -68,7 +68,7 @@ def _by_number(tables: list[pl.DataFrame], key: str) -> pl.DataFrame:
     return pl.DataFrame({name: columns[name] for name in tables[0].columns})
 
 
-def _distinct(numbers: list[I64]) -> tuple[I64, list[I32]]:
+def numbered(numbers: list[I64]) -> tuple[I64, list[I32]]:
     """The distinct numbers, sorted, and the place of each number among them."""
     rows = sum(map(len, numbers))
     bits = 1 + rows.bit_length()  # at most half full

@@ -7,12 +7,13 @@ more match changes no output of another.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.numbers.arrays import Bools
 from pitchlore.pipeline.settings import BehaviourSettings
 from pitchlore.pipeline.stages.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.stages.behaviours.select import select
@@ -63,9 +64,10 @@ def learn(
     maps: dict[int, dict[Team, SelfOrganisingMap]] = {}
     reports: list[dict[str, Any]] = []
     last = settings.rounds[-1] if settings.usual else None
+    taken = dict[int, Bools]()
     for round_ in settings.rounds:
-        before = pl.concat(known)
-        merged = spelt(merge(grams(chunk, round_.n, cover(chunk, before)) for chunk in chunks), round_.n)
+        before, newest = pl.concat(known), pl.concat([known[0], *known[-len(chunks.teams):]])
+        merged = spelt(merge(_left(chunks, round_.n, newest, taken)), round_.n)
         for who, team in enumerate(chunks.teams):
             own = merged.filter(pl.col("who") == who).drop("who")
             paying = before.filter(pl.col("who") == who)["role"].to_list() if round_ is last else ROLES
@@ -79,6 +81,22 @@ def learn(
                 maps.setdefault(round_.n, {})[team] = selection.map
             reports.append(team._asdict() | selection.report._asdict())
     return RoundsOutcome(pl.concat(known).drop("who"), pl.concat(counted), pl.concat(neurons), maps, reports)
+
+
+def _left(
+    chunks: LeagueSequences, n: int, newest: pl.DataFrame, taken: dict[int, Bools]
+) -> Iterator[pl.DataFrame]:
+    """Grams of each chunk in what the patterns so far leave.
+
+    Args:
+        chunks: the sequences.
+        n: length of the grams.
+        newest: patterns of the round before.
+        taken: masks of what earlier patterns cover, by number of the chunk; brought up to date.
+    """
+    for number, chunk in enumerate(chunks):
+        taken[number] = cover(chunk, newest, taken.get(number))
+        yield grams(chunk, n, taken[number])
 
 
 def _owned(patterns: pl.DataFrame, who: int) -> pl.DataFrame:

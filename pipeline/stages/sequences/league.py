@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.stages.sides.teams import Team
-from pitchlore.schemas import Sequences
+from pitchlore.schemas import SIDES, Sequences
 
 #: Situations of a chunk: numpy's calls cost little then.
 _CHUNK = 1 << 17
 #: Situations that are kept in memory from pass to pass, some 200 MB of the columns that behaviours need; more
 #: are read anew for each.
 _KEPT = 1 << 22
+#: The owner of rows that do not count.
+_NOBODY = -1
 
 #: By match, the team that each of its sides counts for; a side that does not count is missing.
 TeamsOfSides = Mapping[str, Mapping[str, Team]]
@@ -46,10 +50,11 @@ class LeagueSequences:
         self.matches = sorted(sides)
         self.teams = sorted({team for own in sides.values() for team in own.values()})
         places = {team: place for place, team in enumerate(self.teams)}
-        rows = [(match, index, side, places[team]) for index, match in enumerate(self.matches)
-                for side, team in sides[match].items()]
-        self._owners = pl.DataFrame(rows, orient="row", schema={
-            "match_id": pl.String, "index": pl.Int64, "team": pl.String, "who": pl.Int64})
+        self._places = {match: place for place, match in enumerate(self.matches)}
+        # the last row is of matches without sides
+        self._owners: I64 = np.array([
+            [places[own[side]] if side in own else _NOBODY for side in SIDES]
+            for own in (*(sides[match] for match in self.matches), {})], dtype=np.int64)
 
     def __iter__(self) -> Iterator[pl.DataFrame]:
         if self._kept is not None:
@@ -76,7 +81,10 @@ class LeagueSequences:
         yield self._owned(part)
 
     def _owned(self, tables: list[pl.DataFrame]) -> pl.DataFrame:
-        sequence = pl.concat(tables).with_columns(side=pl.col("team").cast(pl.String))
-        return sequence.join(
-            self._owners, left_on=("match_id", "side"), right_on=("match_id", "team"), maintain_order="left",
-        ).with_columns(match_id="index").select(*self._columns, "who")
+        sequence = pl.concat(tables)
+        runs = sequence["match_id"].rle().struct.unnest()
+        of_run = np.array([self._places.get(name, -1) for name in runs["value"]], dtype=np.int64)
+        match = np.repeat(of_run, runs["len"].to_numpy())
+        who = self._owners[match, sequence["team"].to_physical().to_numpy()]
+        owned = sequence.with_columns(match_id=pl.Series(match), who=pl.Series(who))
+        return owned.select(*self._columns, "who").filter(pl.Series(who != _NOBODY))

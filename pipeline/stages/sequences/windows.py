@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
+from numba import njit
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import I16, I64, Bools
@@ -131,19 +132,31 @@ def windows(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> Windo
         n: 1 to 4.
         taken: bool [S], situations that are used up; None for none.
     """
-    usable = np.ones(sequence.height, dtype=np.bool_) if taken is None else ~taken
-    follows = sequence["follows"].to_numpy()
-    starts = max(sequence.height - n + 1, 0)
-    whole = np.ones(starts, dtype=np.bool_)
-    for i in range(n):
-        whole &= usable[i : starts + i]
-    for i in range(1, n):
-        whole &= follows[i : starts + i]
-    first = np.flatnonzero(whole)
-    codes = sequence["code"].to_numpy()
-    role = sequence["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
-    who = sequence["who"].to_numpy()[first] if "who" in sequence.columns else None
-    return Windows(first, keys_of(role[first], codes[first[:, None] + np.arange(n)], who))
+    used = np.zeros(sequence.height, dtype=np.bool_) if taken is None else taken
+    code, follows = sequence["code"].to_numpy(writable=True), sequence["follows"].to_numpy(writable=True)
+    role = sequence["role"].cast(pl.Enum(ROLES)).to_physical().cast(pl.Int64).to_numpy(writable=True)
+    if "who" in sequence.columns:
+        role += sequence["who"].to_numpy() * len(ROLES)
+    return Windows(*_runs(code, role, follows, used, n))
+
+
+@njit(cache=True, nogil=True)
+def _runs(code: I16, role: I64, follows: Bools, used: Bools, n: int) -> tuple[I64, I64]:
+    """First rows and keys of the runs of n; ``role`` [S] is counted on from owner to owner."""
+    first, key = np.empty(len(code), dtype=np.int64), np.empty(len(code), dtype=np.int64)
+    length = count = 0
+    packed, kept = np.int64(0), np.int64((1 << (_CODE_BITS * n)) - 1)
+    for row in range(len(code)):
+        if used[row]:
+            length = 0
+            continue
+        length = min(length + 1, n) if follows[row] and length else 1
+        packed = ((packed << _CODE_BITS) | code[row]) & kept
+        if length == n:
+            first[count] = row + 1 - n
+            key[count] = (role[row + 1 - n] << _ROLE_SHIFT) | packed
+            count += 1
+    return first[:count].copy(), key[:count].copy()
 
 
 def mark(first: I64, n: int, taken: Bools) -> None:
@@ -151,18 +164,22 @@ def mark(first: I64, n: int, taken: Bools) -> None:
     taken[first[:, None] + np.arange(n)] = True
 
 
-def instances(sequence: pl.DataFrame, patterns: pl.DataFrame) -> Iterator[Instances]:
+def instances(
+    sequence: pl.DataFrame, patterns: pl.DataFrame, taken: Bools | None = None
+) -> Iterator[Instances]:
     """Instances of patterns, the longest first; a shorter one uses no situation of a longer one.
 
     Args:
         sequence: columns role, code and follows, perhaps who [S].
         patterns: columns role and codes (schema Patterns), of any lengths, none twice; with a column who, a
             pattern has instances of that owner only.
+        taken: bool [S], situations that are used up before; those of the instances are marked in place. None:
+            none are.
 
     Yields:
         One :class:`Instances` for each length among the patterns.
     """
-    taken = np.zeros(sequence.height, dtype=np.bool_)
+    taken = np.zeros(sequence.height, dtype=np.bool_) if taken is None else taken
     role = patterns["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
     who = patterns["who"].to_numpy().astype(np.int64) if "who" in patterns.columns else None
     length = patterns["codes"].list.len().to_numpy()
