@@ -213,7 +213,7 @@ def test_explores_what_can_begin():
 @pytest.fixture(scope="module")
 def begun():
     """For each code, scenes in which it may begin."""
-    return openings(seed=3, each=12)
+    return openings(seed=3, each=6)
 
 
 @pytest.mark.parametrize("code", CODES)

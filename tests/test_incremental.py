@@ -54,7 +54,7 @@ def test_recordings(name, most):
     """Whatever the parts: on every recording, situation by situation, while it is played and at its end."""
     table, pitch = bodies_of(name), imported(name).info.pitch
     if most == 3:  # of a whole match it would take minutes
-        table = table.filter(pl.col("t_ns") < 25e9)
+        table = table.filter(pl.col("t_ns") < 12e9)
     rng = np.random.default_rng(most)
     check(table, pitch, drawn(table["frame"].n_unique(), rng, most), 0.01 if most == 3 else 0.1, rng)
 

@@ -182,7 +182,7 @@ def test_penalties(data, tmp_path, monkeypatch):
     monkeypatch.setattr(penalties, "SEASONS", ((HELD.season, HELD.seasons[:1]),))
     monkeypatch.setattr(penalties, "TEAMS", (LEARNER.panel.words[0], "random"))
     monkeypatch.setattr(penalties, "SEEDS", range(7, 9))
-    monkeypatch.setattr(penalties, "USUAL", USUAL.model_copy(update={"referee": RefereeSettings(duration_s=120.0)}))
+    monkeypatch.setattr(penalties, "USUAL", USUAL.model_copy(update={"referee": RefereeSettings(duration_s=60.0)}))
     penalties.main(tmp_path, data)
     same_columns(tmp_path, "looking", "penalties.csv", "judged.csv")
     table = pl.read_csv(tmp_path / "penalties.csv")
