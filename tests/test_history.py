@@ -131,6 +131,10 @@ def test_command(tmp_path, call, monkeypatch):
     assert list(reported[2]["failures"]) == [f"matches {tmp_path}/inbox/notes.txt"]
     assert reported[1]["cost"]["bytes_out"] > reported[1]["cost"]["bytes_in"] // 100 > 0
     assert reported[3]["cost"] == Cost().model_dump()  # nothing new: nothing was worked on
+    legs = reported[1]["legs"]
+    assert {"sides to moments", "behaviours", "knowledge"} <= {leg["name"] for leg in legs}
+    assert 0 < sum(leg["seconds"] for leg in legs) <= reported[1]["seconds"]
+    assert sum(leg["work_s"] for leg in legs) == pytest.approx(reported[1]["cost"]["seconds"], abs=0.2)
     assert all(entry["seconds"] > 0 for entry in reported)
     assert [entry["began"] for entry in reported] == sorted(entry["began"] for entry in reported)
     code, out, _ = call("runs", "--last", "2", "--data", tmp_path)
@@ -139,7 +143,7 @@ def test_command(tmp_path, call, monkeypatch):
     assert code == 0
     assert f"failed matches {tmp_path}/inbox/notes.txt: " in out
     code, out, _ = call("runs", reported[1]["name"], "--data", tmp_path)
-    assert all(noun in out for noun in ("trajectories", "behaviours", "knowledge", "policies"))
+    assert all(noun in out for noun in ("trajectories", "behaviours", "knowledge", "policies", "busy", "the rest"))
     code, out, err = call("runs", "2", "--data", tmp_path)
     assert (code, err) == (1, f"pitchlore: {tmp_path}: 5 remembered runs are named '2'. `pitchlore runs` lists them.\n")
 

@@ -13,6 +13,7 @@ from pitchlore.flows.commands.printing import console, print_failed, print_frame
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.costs import Cost, mebibytes
 from pitchlore.pipeline.engine.history import RunEntry, log
+from pitchlore.pipeline.engine.progress import Leg
 
 Count = Annotated[int, Parameter(validator=Number(gte=1))]
 
@@ -90,6 +91,13 @@ def _show(entry: RunEntry, *, json: bool) -> None:
              "pieces": stage.cost.pieces, **_priced(stage.cost), "slowest piece": stage.cost.slowest,
              "its s": round(stage.cost.slowest_s, 2)}
             for stage in entry.stages
+        ]))
+    if entry.legs:
+        rest = entry.seconds - sum(leg.seconds for leg in entry.legs)
+        print_frame(pl.DataFrame([
+            {"by the clock": leg.name, "s": leg.seconds, "work, s": leg.work_s,
+             "busy": leg.work_s / leg.seconds if leg.work_s else None}
+            for leg in (*entry.legs, Leg(name="the rest", seconds=round(rest, 3), work_s=0.0))
         ]))
     print_failed(entry.failures)
     if entry.failed > len(entry.failures):

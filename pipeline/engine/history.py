@@ -15,7 +15,7 @@ from typing import NamedTuple
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError, in_one_line
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.costs import Cost
-from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.engine.progress import Leg, RunReport, StageReport
 from pitchlore.pipeline.settings import HistorySettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.paths import listed
@@ -59,6 +59,7 @@ class RunEntry(Frozen):
         policy: the newest version of the policies, as the run knows it; None if there is none.
         failures: reasons by output, the first 20.
         error: reason why the run ended before its time, in one line; None if it came to its end.
+        legs: where the clock went, in order.
     """
 
     name: str
@@ -70,6 +71,7 @@ class RunEntry(Frozen):
     policy: int | None = None
     failures: Mapping[str, str] = {}
     error: str | None = None
+    legs: tuple[Leg, ...] = ()
 
     @property
     def made(self) -> int:
@@ -132,6 +134,7 @@ class Note:
             name=f"{self._began:%Y%m%d-%H%M%S-%f}", what=self.what, began=self._began,
             seconds=round(monotonic() - self._begun, 6), stages=tuple(stages), knowledge=report.knowledge,
             policy=report.policy, failures=dict(list(report.failures.items())[:_REPORTED]), error=error,
+            legs=tuple(report.legs),
         )
 
     def write(self, store: Store, settings: HistorySettings, error: str | None = None) -> None:

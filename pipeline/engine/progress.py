@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Protocol
 
@@ -31,6 +33,9 @@ class Silence:
     def advance(self, noun: str, name: str) -> None:
         """Do nothing."""
 
+
+#: A leg that took less is not reported, seconds.
+_SHOWN_S = 0.01
 
 listener: ContextVar[Listener] = ContextVar("listener", default=Silence())  # noqa: B039 (Silence has no state)
 
@@ -87,6 +92,20 @@ class StageReport(BaseModel):
         return "\n".join([*lines, *(f"- {as_markdown(note)}" for note in self.notes)])
 
 
+class Leg(BaseModel):
+    """A stretch of a run by the clock: stages that are made together, or work of the run itself.
+
+    Attributes:
+        name: its stages, or what the run does itself.
+        seconds: length, by the clock.
+        work_s: seconds of the pieces that were done in it; 0 of work that has no pieces.
+    """
+
+    name: str
+    seconds: float
+    work_s: float
+
+
 class RunReport(BaseModel):
     """Outcome of a run.
 
@@ -98,6 +117,7 @@ class RunReport(BaseModel):
         policy_is_new: whether this run trained it.
         versions: cost of looking for new versions, and of making them, by noun.
         notes: lacks and mixtures of its knowledge, a line each.
+        legs: where its clock went, in order.
     """
 
     stages: list[StageReport] = []
@@ -107,6 +127,19 @@ class RunReport(BaseModel):
     policy_is_new: bool = False
     versions: dict[str, Cost] = {}
     notes: list[str] = []
+    legs: list[Leg] = []
+
+    @contextmanager
+    def leg(self, name: str) -> Iterator[None]:
+        """Count the body as a leg, if it took a hundredth of a second."""
+        begun, before = time.perf_counter(), self._work_s()
+        yield
+        seconds, work_s = time.perf_counter() - begun, self._work_s() - before
+        if seconds >= _SHOWN_S:
+            self.legs.append(Leg(name=name, seconds=round(seconds, 3), work_s=round(work_s, 3)))
+
+    def _work_s(self) -> float:
+        return sum(cost.seconds for cost in self.costs.values())
 
     @property
     def failures(self) -> dict[str, str]:

@@ -7,7 +7,7 @@ Commands call them; ``flows/`` hands the same functions to Prefect. They run in 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -33,6 +33,7 @@ from pitchlore.pipeline.engine.tasks import carried_out, runner
 from pitchlore.pipeline.engine.update import (
     bring,
     bring_up_to_date,
+    group_name,
     look_for_damage,
     scope_of,
     standing_version,
@@ -92,13 +93,17 @@ def run(
     with noted(store, "run", history) as note:
         report = note.report
         with placed(on, store.root):
-            report.stages.append(import_all(store, recordings, limits))
-            look_for_damage(store, report)
+            with report.leg("import"):
+                report.stages.append(import_all(store, recordings, limits))
+            with report.leg("look for damage"):
+                look_for_damage(store, report)
             bring_up_to_date(
                 store, settings, report, partial(perform, store), partial(emit_next, store), train=train)
-            refresh_after(store, report)
+            with report.leg("catalogue"):
+                refresh_after(store, report)
             if finish is not None:
-                finish(store, report)
+                with report.leg("pages"):
+                    finish(store, report)
     runner.get().show(report.markdown, key="run", description="what the run did")
     return report
 
@@ -177,7 +182,7 @@ def perform(
     outputs = {output.name: output for output in todo}
     path = executors.get().path
     root, suspect = path(store.root), frozenset(map(path, store.suspect))
-    for name, result in carried_out(_group_name(counts), make, {
+    for name, result in carried_out(group_name(counts), make, {
         name: {"data": root, "nouns": nouns[output], "output": output, "settings": settings,
                "scope": scope.of(output), "suspect": suspect}
         for name, output in outputs.items()
@@ -208,12 +213,6 @@ def _emitted(data: Path, noun: str, settings: BaseModel, scope: Scope) -> tuple[
     with spending() as spent:
         manifest, new = emit(Store(data), STAGES[noun], settings, scope)
         return manifest.version, new, spent()
-
-
-def _group_name(nouns: Iterable[str]) -> str:
-    """The name of a stage group: its first stage, and its last."""
-    first, *others = nouns
-    return f"{first} to {others[-1]}" if others else first
 
 
 def concluded(store: Store, report: StageReport) -> StageReport:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import PitchloreError
@@ -51,7 +51,8 @@ def bring_up_to_date(
     for stage_group in STAGES.stage_groups():
         if not scope.matches:
             break
-        failed = bring(store, stage_group, settings, scope, report, perform)
+        with report.leg(group_name([stage.noun for stage in stage_group])):
+            failed = bring(store, stage_group, settings, scope, report, perform)
         if any(output.match is None for output in failed):
             scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}
@@ -68,17 +69,24 @@ def bring_up_to_date(
     _look_at_versions(store, report)
 
 
+def group_name(nouns: Iterable[str]) -> str:
+    """The name of a stage group: its first stage, and its last."""
+    first, *others = nouns
+    return f"{first} to {others[-1]}" if others else first
+
+
 def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, emit: Emit) -> bool | None:
     """True if a new version was made; None if it cannot be, which the report counts as a failure."""
-    try:
-        version, new, spent = emit(stage, settings, scope)
-    except PitchloreError as error:
-        if error.for_all:
-            raise
-        report.stage(stage.noun).failed["version"] = str(error)
-        return None
-    if spent.seconds:
-        report.versions.setdefault(stage.noun, Cost()).add(f"version {version}", spent)
+    with report.leg(stage.noun):
+        try:
+            version, new, spent = emit(stage, settings, scope)
+        except PitchloreError as error:
+            if error.for_all:
+                raise
+            report.stage(stage.noun).failed["version"] = str(error)
+            return None
+        if spent.seconds:
+            report.versions.setdefault(stage.noun, Cost()).add(f"version {version}", spent)
     return new
 
 
