@@ -15,7 +15,19 @@ import pytest
 import zstandard
 from football.skillcorner import FILES, MATCH, source_of
 from support import recordings
-from support.football import KINDS, NEEDS_KLOPPY, RECORDINGS, shipped
+from support.football import (
+    AWAY_9,
+    BALL,
+    FRAMES,
+    HOME_7,
+    KINDS,
+    MADE,
+    NEEDS_KLOPPY,
+    NEEDS_KLOPPY_ALONE,
+    RECORDINGS,
+    epts,
+    shipped,
+)
 from support.mcap_logs import written
 from support.recordings import assert_sound
 
@@ -116,7 +128,7 @@ def tracab_meta(kind: str, left: str = "true") -> str:
     return f"<TracabMetaData>{match}{teams}</TracabMetaData>"
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
 @pytest.mark.parametrize(("kind", "left", "teams", "attacks", "contradicted"), [
     ("json", "true", "A & B - C", 1, False), ("json", "false", "A & B - C", -1, True), ("flat", "true", "A & B - C", 1, False),
     ("flat", "false", "A & B - C", -1, True), ("teams", "", "A & B - C", None, False), ("plain", "", "home - away", None, False),
@@ -134,7 +146,26 @@ def test_tracab(kind: str, left: str, teams: str, attacks: int | None, contradic
     assert matches.row(match)["score_home"][0] is None
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
+@pytest.mark.parametrize("provider", MADE)
+def test_made(provider: str) -> None:
+    """One match in three kinds of files, made by code, is one: numbers, places and names, and what each kind tells beside them."""
+    make, score, tells = MADE[provider]
+    match = read(open_files([(f"part{place}", data) for place, data in enumerate(make())], provider))
+    assert (match.info.home, match.info.away, len(match.frames), match.info.pitch.kind) == ("Home", "Away", FRAMES, Kind.HUMAN)
+    robots = match.frames.robots
+    for team, number, place in ((0, 7, HOME_7), (1, 9, AWAY_9)):
+        own = robots[robots["team"] == team]
+        assert set(own["id"]) == {number}
+        assert np.allclose([own["x"], own["y"]], np.transpose([place(n) for n in range(FRAMES)]), atol=1e-3)
+    assert np.allclose([match.frames.ball["x"], match.frames.ball["y"]], np.transpose([BALL(n) for n in range(FRAMES)]), atol=1e-3)
+    row = matches.row(match)
+    assert (row["score_home"][0], row["score_away"][0]) == (score or (None, None))
+    assert [(period.home_attacks, not period.inferred) for period in match.info.periods] == [(1, tells)]
+    assert not match.quality["note"].str.contains(r"map|\[units\]|add columns").any()  # which football's users cannot give
+
+
+@NEEDS_KLOPPY_ALONE
 @pytest.mark.parametrize(("score", "known"), [
     ("", None), ("<Score {0}><LocalTeamScore/><VisitingTeamScore/></Score>", None),
     ("<Score {0}><LocalTeamScore>2</LocalTeamScore><VisitingTeamScore>1</VisitingTeamScore></Score>", (2, 1)),
@@ -142,11 +173,8 @@ def test_tracab(kind: str, left: str, teams: str, attacks: int | None, contradic
 ])
 def test_score_of_epts(score: str, known: tuple[int, int] | None) -> None:
     """A score that EPTS does not give is unknown, and 0 : 0 is one that it gives."""
-    meta, raw = (FILES / name for name in RECORDINGS["metrica-epts"])
-    text = meta.read_text()
-    begin, end = text.index("<Score"), text.index("</Score>") + len("</Score>")
-    text = text[:begin] + score.format('idLocalTeam="TEAM_A" idVisitingTeam="TEAM_B"') + text[end:]
-    match = read(open_files([("meta.xml", text.encode()), ("raw.txt", raw.read_bytes())], "metrica-epts"))
+    files = epts(score.format('idLocalTeam="TEAM_A" idVisitingTeam="TEAM_B"'))
+    match = read(open_files(list(zip(("meta.xml", "raw.txt"), files, strict=True)), "metrica-epts"))
     assert matches.row(match).select("score_home", "score_away").row(0) == (known or (None, None))
 
 

@@ -1,6 +1,8 @@
-"""The provider's files that kloppy's wheel ships, read where they are installed and never copied."""
+"""The provider's files that kloppy's wheel ships, read where they are installed and never copied; others, made by code."""
 
+import json
 from functools import cache
+from importlib.util import find_spec
 
 import pytest
 from football.skillcorner import THERE, source_of
@@ -11,6 +13,9 @@ from pitchlore.pipeline.matches.frame import MatchLog
 
 #: Skips where kloppy, or its files, are not there.
 NEEDS_KLOPPY = pytest.mark.skipif(not THERE, reason="needs the extra kloppy with its test files")
+
+#: Skips where kloppy is not there; its test files may be absent.
+NEEDS_KLOPPY_ALONE = pytest.mark.skipif(find_spec("kloppy") is None, reason="needs the extra kloppy")
 
 #: A recording of each provider: its files in the provider's order.
 RECORDINGS = {
@@ -58,3 +63,76 @@ def shipped(provider: str) -> MatchLog:
     """The match of a provider's shortest recording."""
     source = source_of(provider, RECORDINGS[provider])
     return match_of_dataset(dataset_of(source), source)
+
+
+# --- one match in three kinds of files ----------------------------------------------------------------
+
+#: Places in metres from the centre, +y up: home's 7, away's 9 and the ball, in the n-th frame.
+HOME_7, AWAY_9, BALL = (lambda n: (-30.0, 10.0 + n)), (lambda n: (20.0 + n, -5.0)), (lambda n: (float(n), 2.0))
+FRAMES, LENGTH, WIDTH = 10, 105.0, 68.0
+
+
+def _shares(place: tuple[float, float]) -> tuple[float, float]:
+    """A place as Metrica writes it: shares of the pitch from its upper left corner."""
+    return round(place[0] / LENGTH + 0.5, 9), round(0.5 - place[1] / WIDTH, 9)
+
+
+def metrica_csv() -> tuple[bytes, ...]:
+    """Metrica's pair of tables."""
+    def side(team: str, number: int, place) -> bytes:
+        rows = "".join(",".join(map(str, (1, n + 1, (n + 1) / 25, *_shares(place(n)), *_shares(BALL(n))))) + "\n" for n in range(FRAMES))
+        return f",,,{team},,,\n,,,{number},,,\nPeriod,Frame,Time [s],Player{number},,Ball,\n{rows}".encode()
+
+    return side("Home", 7, HOME_7), side("Away", 9, AWAY_9)
+
+
+def skillcorner() -> tuple[bytes, ...]:
+    """SkillCorner's metadata and positions, of version 3."""
+    def player(number: int, team: int) -> dict:
+        return {"id": number, "team_id": team, "trackable_object": number, "number": number, "first_name": "A", "last_name": "B", "short_name": "A",
+                "player_role": {"id": 1, "name": "Left Winger", "acronym": "LW"}, "start_time": "00:00:00", "end_time": None}
+
+    meta = {"id": 1, "home_team": {"id": 3, "name": "Home"}, "away_team": {"id": 4, "name": "Away"}, "home_team_coach": None, "away_team_coach": None,
+            "referees": [], "players": [player(7, 3), player(9, 4)], "ball": {"trackable_object": 55}, "pitch_length": LENGTH, "pitch_width": WIDTH,
+            "home_team_score": 2, "away_team_score": 1, "home_team_side": ["left_to_right", "right_to_left"], "date_time": "2023-08-11T18:00:00Z"}
+    lines = []
+    for n in range(FRAMES):
+        bodies = [dict(zip("xy", place(n), strict=True)) | {"player_id": number, "is_detected": True} for number, place in ((7, HOME_7), (9, AWAY_9))]
+        ball = dict(zip("xy", BALL(n), strict=True)) | {"z": 0.0, "is_detected": True}
+        lines.append(json.dumps({"frame": n, "timestamp": f"00:00:{n / 10:05.2f}", "period": 1, "ball_data": ball,
+                                 "possession": {"player_id": None, "group": "home team"}, "player_data": bodies}))
+    return json.dumps(meta).encode(), "\n".join(lines).encode()
+
+
+def epts(score: str = "") -> tuple[bytes, ...]:
+    """EPTS as Metrica writes it, with the XML of a score."""
+    def parameters(kind: str, **values: object) -> str:
+        each = "".join(f"<ProviderParameter><Name>{name}</Name><Value>{value}</Value></ProviderParameter>" for name, value in values.items())
+        return f"<{kind}>{each}</{kind}>"
+
+    halves = parameters("ProviderGlobalParameters", first_half_start=1, first_half_end=FRAMES, second_half_start="", second_half_end="")
+    teams = "".join(f'<Team id="{team}"><Name>{name}</Name>{parameters("ProviderTeamsParameters", attack_direction_first_half=way)}</Team>'
+                    for team, name, way in (("TEAM_A", "Home", "left_to_right"), ("TEAM_B", "Away", "right_to_left")))
+    parts = parameters("ProviderPlayerParameters", position_type="Unknown", position_index=-1, position_x=0.0, position_y=0.0)
+    players = "".join(f'<Player id="P{n}" teamId="{team}"><Name>P{n}</Name><ShirtNumber>{n}</ShirtNumber>{parts}</Player>'
+                      for n, team in ((7, "TEAM_A"), (9, "TEAM_B")))
+    channels = "".join(f'<Channel id="{axis}"><Name>position_{axis}</Name><Unit>normalized</Unit></Channel>' for axis in "xy")
+    sensor = f'<Devices><Device id="d"><Name>D</Name><Sensors><Sensor id="position"><Name>Position</Name><Channels>{channels}</Channels></Sensor></Sensors></Device></Devices>'
+    of_players = "".join(f'<PlayerChannel channelId="{axis}" id="player{n}_{axis}" playerId="P{n}"/>' for n in (7, 9) for axis in "xy")
+    split = "".join('<SplitRegister separator=",">' + "".join(f'<PlayerChannelRef playerChannelId="player{n}_{axis}"/>' for axis in "xy") + "</SplitRegister>"
+                    for n in (7, 9))
+    ball = '<SplitRegister separator=","><BallChannelRef channelId="x"/><BallChannelRef channelId="y"/></SplitRegister>'
+    meta = (
+        f'<main><Metadata><GlobalConfig><FileDate>2021-09-14T08:56:31.465Z</FileDate><ProviderName>Metrica Sports</ProviderName><FrameRate>25.0</FrameRate>{halves}</GlobalConfig>'
+        f'<Sessions><Session id="s"><SessionType>Match</SessionType><Start>2021-09-14T08:56:31.465Z</Start><MatchParameters>{score}</MatchParameters>'
+        f'<FieldSize><Width>{LENGTH:g}</Width><Height>{WIDTH:g}</Height></FieldSize></Session></Sessions><Teams>{teams}</Teams><Players>{players}</Players>'
+        f'{sensor}<PlayerChannels>{of_players}</PlayerChannels></Metadata><DataFormatSpecifications><DataFormatSpecification endFrame="{FRAMES}" '
+        f'separator=":" startFrame="1"><StringRegister name="frameCount"/><SplitRegister separator=";">{split}</SplitRegister>{ball}'
+        "</DataFormatSpecification></DataFormatSpecifications></main>")
+    rows = [":".join((str(n + 1), ";".join(",".join(map(str, _shares(place(n)))) for place in (HOME_7, AWAY_9)), ",".join(map(str, _shares(BALL(n))))))
+            for n in range(FRAMES)]
+    return meta.encode(), "\n".join(rows).encode()
+
+
+#: Kinds that are made by code: their files, the score that they tell, and whether they tell where home attacks.
+MADE = {"metrica-csv": (metrica_csv, None, False), "skillcorner": (skillcorner, (2, 1), True), "metrica-epts": (epts, None, True)}

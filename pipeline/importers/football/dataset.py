@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 #: States of the table that is made of a dataset, and the events that they are.
 _STATES = {"alive": "play", "dead": "stop", "half": "half"}
 _BALL = "ball"
+#: Providers whose y kloppy 3.19.1 turns upside down. Metrica counts from the top left, by the README of its
+#: sample data, and so does the system in which kloppy hands its CSV over, but it writes 1 - y.
+_MIRRORED = {"metrica-csv"}
 #: Longest break between two periods, ns; longer ones are no time of the match.
 _LONGEST_BREAK_NS = 3_600_000_000_000
 
@@ -89,6 +92,8 @@ def match_of_dataset(dataset: TrackingDataset, source: SourceFile | None = None)
     samples = _samples(dataset)
     length, width = _size(dataset)
     table, about = _table(dataset, samples, length, width)
+    if source is not None and source.provider in _MIRRORED:
+        table = table.with_columns(-pl.col("y"))
     if source is None:
         parts = (samples.t_ns, samples.ball, samples.places)
         digest = sha256(b"".join(part.tobytes() for part in parts)).hexdigest()

@@ -97,7 +97,9 @@ def check_once(table: pl.DataFrame, first: I64, name: str) -> None:
             next_step="Write the half of each row in a column period, or the number of its frame in frame")
 
 
-def doubts(frames: Frames, pitch: Pitch, mapping: TrackingMap, *, inferred: bool) -> list[Flaw]:
+def doubts(
+    frames: Frames, pitch: Pitch, mapping: TrackingMap, *, inferred: bool, mapped: bool = True
+) -> list[Flaw]:
     """Flaws of times and axes that are likely to be others than the map says.
 
     Args:
@@ -105,6 +107,7 @@ def doubts(frames: Frames, pitch: Pitch, mapping: TrackingMap, *, inferred: bool
         pitch: the pitch.
         mapping: the map.
         inferred: whether the pitch's kind was inferred.
+        mapped: whether people can give a map; else they are told of none.
     """
     if len(frames) < _TELLING:
         return []
@@ -114,11 +117,11 @@ def doubts(frames: Frames, pitch: Pitch, mapping: TrackingMap, *, inferred: bool
     interval = float(np.median(np.diff(t_ns)))
     if interval >= _SLOW_NS:
         unit, note = mapping.units.time, f"the median sampling interval is {interval / 1e9:g} s"
-        if unit in _FINER:
+        if mapped and unit in _FINER:
             note += f': if times are not in {unit}, say so in a map: [units] time = "{_FINER[unit]}"'
         flaws.append(Flaw("slow sampling", note, len(t_ns), 0, end))
     speed = _usual_speed(frames)
-    if speed > _FASTEST[pitch.kind]:
+    if mapped and speed > _FASTEST[pitch.kind]:
         note = (f"robots move at {speed:.3g} m/s: nobody is so fast. Nothing is learned from it; if units "
                 'are others, say so in a map, [units] time = "min" or length = "cm"')
         flaws.append(Flaw("implausible", note, len(t_ns), 0, end))

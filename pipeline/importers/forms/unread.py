@@ -35,6 +35,8 @@ KINDS = (
     _kind(rb"BZh|\xfd7zXZ\0|7z\xbc\xaf|Rar!|.{257}ustar", "is packed with bzip2, xz, 7-Zip, RAR or tar",
           "Unpack it, and give the recordings in it"),
     _kind(rb"\x1f\x8b|\x28\xb5\x2f\xfd", "is packed twice", "Unpack it once"),
+    _kind(rb"version https://git-lfs", "is a pointer of Git LFS, and not the file itself",
+          "Fetch it where you have the repository: git lfs pull"),
     _kind(rb"%PDF", "is a PDF", "Give the recording that it was made of"),
     _kind(rb"SQLite format 3\0", "is a database of SQLite, which rosbag2 records into (.db3)",
           "Convert it: mcap convert FILE.db3 FILE.mcap"),

@@ -125,7 +125,8 @@ def match_of(
     )
     flaws += reported.flaws
     options, none = _options(rows, name)
-    flaws += doubts(frames, pitch, mapping, inferred=guessed_pitch)
+    flaws += doubts(
+        frames, pitch, mapping, inferred=guessed_pitch, mapped=source.format not in LACKS)
     flaws += _not_numbers(rows) + none + unknown + inferred
     incomplete = source.damage or cut
     if source.damage is not None:
