@@ -58,6 +58,12 @@ def test_one_job():
         assert workers.run(number) == os.getpid()
 
 
+def test_here():
+    """This process is one of the two, and the first to work."""
+    with Processes(2, here=True) as workers:
+        assert [workers.run(number) == os.getpid() for _ in range(3)] == [True, False, True]
+
+
 def test_error_of_another_process():
     """An error of ours comes back from another process as itself."""
     with Processes(2) as workers, pytest.raises(StorageFailed) as refused:

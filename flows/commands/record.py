@@ -75,7 +75,7 @@ def record_matches(
                for number in range(seed, seed + matches))
     played: dict[int, dict[str, object]] = {}  # by seed: matches of several workers end in any order
     failure = None
-    with executors_at(on, store.root) as executors, bars() as progress:
+    with executors_at(on, store.root, here=True) as executors, bars() as progress:
         progress.begin("matches", matches)
         data = executors.path(store.root)
         pieces = ((recipe.match_id, {"data": data, "recipe": recipe, "policies": policies})

@@ -54,12 +54,13 @@ def place_of(word: str | None) -> Place:
 
 
 @contextmanager
-def executors_at(word: str | None, root: Path) -> Iterator[Executors]:
+def executors_at(word: str | None, root: Path, *, here: bool = False) -> Iterator[Executors]:
     """The executors of a place, while the body runs.
 
     Args:
         word: as for :func:`place_of`.
         root: the data folder, which the workers of a cluster have to see.
+        here: one of several processes is this; for work of little memory.
 
     Raises:
         BadSettings: if the word names no place.
@@ -71,7 +72,7 @@ def executors_at(word: str | None, root: Path) -> Iterator[Executors]:
         return
     with ExitStack() as stack:
         if place.kind == "processes":
-            yield stack.enter_context(Processes(place.width))
+            yield stack.enter_context(Processes(place.width, here=here))
         else:
             from pitchlore.pipeline.engine.placement.cluster import open_cluster  # noqa: PLC0415 (an extra)
 

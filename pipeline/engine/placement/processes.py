@@ -31,17 +31,18 @@ class Processes:
 
     Args:
         width: number of processes, at least 1.
+        here: this process is one of them, and works from the start; the others take a second each to begin.
     """
 
-    def __init__(self, width: int) -> None:
+    def __init__(self, width: int, *, here: bool = False) -> None:
         self.width = width
         self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
         if width > 1:
             # read by polars when it is imported: of this process it is too late to change anything
             os.environ.setdefault("POLARS_MAX_THREADS", polars_threads(width))
             _start_tracker()
-        for _ in range(width):
-            self._free.put(_process() if width > 1 else None)
+        for number in range(width):
+            self._free.put(None if width == 1 or (here and number == 0) else _process())
 
     def __enter__(self) -> Self:
         return self
