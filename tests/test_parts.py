@@ -76,6 +76,14 @@ def test_same_answers(store, monkeypatch):
     assert lazy.equals(League(store).lazy("situations").collect())
 
 
+def test_parts_stay(store):
+    """A part whose matches are as they were keeps its files when something else has changed."""
+    before = {path: path.stat() for path in (store.root / parts.FOLDER).iterdir()}
+    os.utime(next((store.root / "behaviours").glob("*.receipt.json")), ns=(1, 1))
+    renew(store)
+    assert {path: path.stat() for path in (store.root / parts.FOLDER).iterdir()} == before
+
+
 @pytest.mark.parametrize("spoil", [
     pytest.param(lambda store: forget_match(store, next(store.receipts("matches")).name), id="match forgotten"),
     pytest.param(lambda store: store.forget("sequences", next(store.receipts("matches")).name), id="output removed"),

@@ -96,7 +96,10 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     names = {part.name for part in kept}
     files = {path: file for path, file in known.items() if file.part in names}
     part_of: dict[str, str] = {}
-    for each in _standing(store, [part for part in there if part not in kept], sources, known, join=join):
+    others = _standing(store, [part for part in there if part not in kept], sources, known, join=join)
+    if join:
+        parts.remove_unnamed(store, [*kept, *others])
+    for each in others:
         part_of |= dict.fromkeys(each.matches, each.name)
         files |= _listed(store, each)
     for file in whole:
@@ -284,7 +287,6 @@ def _standing(
                 found.extend(pool.map(partial(parts.join_matches, store), together))
         except StorageFailed as error:  # questions take longer without
             _log.warning("Matches could not be joined: %s", error)
-        parts.remove_unnamed(store, found)
     return found
 
 
