@@ -92,15 +92,6 @@ def test_old_catalogue(old):
     assert catalog_path(old).stat().st_ino == before
 
 
-def test_empty_old_catalogue(tmp_path, monkeypatch):
-    """So is one of a data folder without a match."""
-    store = Store(tmp_path)
-    with monkeypatch.context() as before:
-        before.setattr(catalog, "PUBLIC", {name: table for name, table in PUBLIC.items() if table is not Commands})
-        refresh(store)
-    assert rows_of(store) == []
-
-
 def test_unreadable_catalogue(tmp_path):
     """A catalogue that is none is made anew."""
     catalog_path(Store(tmp_path)).write_bytes(b"no database")

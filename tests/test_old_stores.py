@@ -136,16 +136,6 @@ def test_sql(old, call):
     assert (code, len(json.loads(out)), err) == (0, 4, "")
 
 
-def test_beside_new(old):
-    """Beside one with intervals, each row has what its file has."""
-    work = STAGES["knowledge"].work("knowledge", KnowledgeSettings(), {"decisions/second/decisions": "1" * 64}, seed=0)
-    new = patterns().with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
-    details = old.manifest("knowledge", 1).details
-    old.commit_version(work, Made([(new, Behaviours), (Occasions.empty(), Occasions)], details=details), 2, parent=1)
-    found = ask(refresh(old)[0], "select version, low, x, codes from behaviours order by all")
-    assert found.rows() == [(1, None, None, [11]), (1, None, None, [46]), (2, 0.25, 0.125, [46])]
-
-
 def test_older_evaluations():
     """An evaluation of version 2 is read; it says nothing about fouls."""
     now = evaluation("best-static-1")

@@ -3,7 +3,7 @@
 import polars as pl
 import pytest
 from support.recordings import ALL, RSIM, bodies_of, imported
-from test_events import GIVE, HOME, found, match
+from test_events import HOME, found, match
 
 from pitchlore.pipeline.importers.rcg.events import _RESTARTS
 from pitchlore.pipeline.importers.tracking.states import _WORDS_OF
@@ -118,8 +118,3 @@ def test_paid():
     assert (penalty.kind, penalty.shot.hits, penalty.shot.n, ball.own) == ("penalty", 1, 3, None)
     assert (penalty.shot.low, penalty.shot.high) == wilson(1, 3)
     assert paid(Restarts.empty()) == []
-
-
-def test_passes_need_no_restart():
-    """A match whose log has no restart has none."""
-    assert found(match([(0, 0, 0), (1, 0, 0), (4, 0.3, 0)], GIVE, referee=())).restarts.is_empty()
