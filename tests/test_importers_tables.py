@@ -309,6 +309,9 @@ def test_times_that_count_samples() -> None:
     minutes = half().with_columns(pl.col("t") / 60)
     assert any("robots move at" in note for note in match(minutes).quality.filter(flaw="implausible")["note"])
     assert goals(match(minutes, "units = {time = 'min'}")) == BLUE
+    for slower, told in ((2.5, False), (1, True)):  # players of 2D run 10.5 m/s; nobody runs 20
+        large = match(LARGE.with_columns(pl.col("t") * slower)).quality.filter(flaw="implausible")["note"]
+        assert any("robots move at" in note for note in large) == told
     assert goals(match(halves().with_columns(t=clock("period")))) == BOTH
 
 

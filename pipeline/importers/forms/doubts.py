@@ -24,7 +24,7 @@ _TELLING = 100
 #: The next finer unit of time.
 _FINER = {"s": "ms", "ms": "us", "us": "ns"}
 #: Share of robots' steps that are slower than the speed that is looked at, and one that nobody has, m/s.
-_USUALLY, _FASTEST = 0.9, {Kind.VSSS: 3.0, Kind.SSL: 6.0, Kind.SIM2D: 6.0, Kind.HUMAN: 12.0}
+_USUALLY, _FASTEST = 0.9, {Kind.VSSS: 5.0, Kind.SSL: 9.0, Kind.SIM2D: 15.0, Kind.HUMAN: 15.0}
 #: Robots that are looked at for it.
 _LOOK = 20_000
 #: Bodies that reach less far along, or further across, as a share of half of the pitch, do not fit it.
