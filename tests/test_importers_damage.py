@@ -83,7 +83,7 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (b"frame,t,team,player,x,y\n0,0,a,1,0,0,0,0,0\n", "cannot be read as CSV"),
         (b"PAR1 but not really PAR1", "cannot be read as Parquet"),
         (parquet(PLAIN)[:-30], "cannot be read as Parquet"),
-        (parquet(PLAIN.filter(pl.col("team") != "reds")), "has 1 teams besides 'ball': greens. Name home, .*; if the other team was not"),
+        (parquet(PLAIN.filter(pl.col("team") != "reds")), "has one team besides 'ball': greens. Name home, .*; if the other team was not"),
         (parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), "has 3 teams"),
         (parquet(PLAIN.with_columns(pl.col("frame") - 5)), "frame numbers below 0"),
         (parquet(PLAIN.with_columns(score_home=pl.lit(10**6), score_away=0)), "score_home below 0 or above"),

@@ -221,7 +221,7 @@ def test_no_word_twice() -> None:
     (HEADLESS, NUMBERED.replace("heading = 7", "heading = 9"), "has no column number 9; it has number 1, number 2"),
     (LONG.replace("\n", "\n-,s,-,-,m,m,rad\n", 1), "", "looks like a table of positions, .* leave out titles and units"),
     ("A match\n" + LONG, "", "looks like a table of positions, but its first line is no header"),
-    (HEADLESS.replace("ball", "réds").replace("greens", "réds"), NUMBERED, "has the teams réds besides 'ball', and not two"),
+    (HEADLESS.replace("ball", "réds").replace("greens", "réds"), NUMBERED, "has one team besides 'ball': réds"),
     ("t,x1,y1,x2,y2\n0,0,0,1,1\n1,0,0,1,1\n", "",
      r"bodies of no team: x1, y1, x2, y2\. Say whose they are in a map: \[bodies\]"),
     (WIDE.replace("frame,t,", "frame,quux,"), "", r"has no time, only frame\. .*\[time\] hz = 10"),

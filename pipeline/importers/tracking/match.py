@@ -185,8 +185,9 @@ def _teams(
         )
     left = [team for team in found if team not in given] or [_NOT_RECORDED] * alone
     if len(given) < 2 and len(given) + len(left) != 2:
+        many = {0: "no team", 1: "one team"}.get(len(found), f"{len(found)} teams")
         raise BadRecording(
-            f"has the teams {', '.join(found[:8]) or 'none'} besides {teams.ball!r}, and not two", where=name,
+            f"has {many} besides {teams.ball!r}: {', '.join(found[:8]) or 'none'}", where=name,
             next_step="Name home, away and ball in a map's [teams] table" + (
                 "; if the other team was not recorded, naming this one will do" if len(found) == 1 else ""
             ),
