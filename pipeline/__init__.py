@@ -27,3 +27,5 @@ def _cache() -> _Path:
 # numba's cache sees an edit of the file that a function is in, but not of those that it calls into:
 # what was compiled from other code must not be found
 _os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache() / f"numba-{_kernels(_HERE)}"))
+# in colours it writes each overload that does not fit, for nobody: a twentieth of the time to compile
+_os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")

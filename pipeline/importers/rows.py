@@ -73,10 +73,10 @@ def pack(
     return Frames(number=number, t_ns=t_ns, ball=balls, offsets=offsets, robots=packed)
 
 
-def few_frames() -> Frames:
-    """Half a second of two robots a side and a ball, one frame late: enough to compile what reads frames."""
+def few_frames(late: bool = False) -> Frames:
+    """Half a second of two robots a side and a ball, maybe one frame late, to compile what reads frames."""
     t_ns = np.arange(30, dtype=np.int64) * 16_000_000
-    t_ns[[10, 11]] = t_ns[[11, 10]]
+    t_ns[[10, 11]] = t_ns[[11, 10]] if late else t_ns[[10, 11]]
     frame_of = np.repeat(np.arange(len(t_ns)), 4)
     team, number = np.tile([HOME, HOME, AWAY, AWAY], len(t_ns)), np.tile([0, 1, 0, 1], len(t_ns))
     x = (2.0 * team - 1.0) * (0.1 + 0.2 * number) + frame_of * 0.01

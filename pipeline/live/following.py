@@ -312,5 +312,5 @@ class _Segments:
 def prepare(league: LeagueName) -> None:
     """Load and compile what a follower needs, so that the first seconds of a match are not missed."""
     follower = Follower(league)
-    follower.see(few_frames())
+    follower.see(few_frames(late=True))
     follower.snapshot()

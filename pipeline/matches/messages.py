@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from pitchlore.pipeline.matches.records import FRAMING_BYTES, MESSAGE, McapRecords
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 Heads = npt.NDArray[np.void]
 
@@ -107,7 +107,8 @@ def lay_out(messages: Messages) -> tuple[U8, I64]:
     heads["length"] = messages.tail_bytes() + (size - FRAMING_BYTES)
     starts = messages.offsets + size * np.arange(len(messages) + 1, dtype=np.int64)
     out = np.empty(int(starts[-1]), dtype=np.uint8)
-    _merge(bytes_of(heads).reshape(-1, size), messages.tails, messages.offsets, out)
+    tails = np.asarray(messages.tails.data.toreadonly())  # one kind, so one compiled form
+    _merge(bytes_of(heads).reshape(-1, size), tails, messages.offsets, out)
     return out, starts
 
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.records import McapRecord
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import I64, U8, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 MESSAGE, DATA_END = 0x05, 0x0F
 #: Opcode and length, before every record's body.
@@ -128,12 +128,13 @@ def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[McapRecor
         if opcode == DATA_END:
             break
     opcodes = np.empty(count, dtype=np.uint8)
-    channels = np.full(count, -1, dtype=np.int64)
+    channels = np.empty(count, dtype=np.int64)
     bodies = np.empty(count, dtype=np.int64)
     lengths = np.empty(count, dtype=np.int64)
     at = np.int64(start)
     for k in range(count):
         opcodes[k], bodies[k], lengths[k] = content[at], at + FRAMING_BYTES, _uint64(content, at + 1)
+        channels[k] = -1
         if opcodes[k] == MESSAGE and lengths[k] >= ADDRESS_BYTES:
             channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
         at += FRAMING_BYTES + lengths[k]

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I32, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Values are rounded to multiples of this. Their float64 sums below 2**23 are then exact, so they are
 #: the same in any order and for any split of the work.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, I32, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 
 class Trees(NamedTuple):
@@ -105,7 +105,7 @@ def trees_of(rows: pl.DataFrame) -> Trees:
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def leaf(trees: Trees, root: int, features: F32) -> float:
     """Sum that one tree adds for features float32 [F], NaN where unknown."""
     node = root
@@ -116,7 +116,7 @@ def leaf(trees: Trees, root: int, features: F32) -> float:
     return float(trees.value[node])
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def logits(trees: Trees, features: F32) -> F64:
     """Logit of each moment, float64 [T]; features float32 [T, F], NaN where unknown."""
     out = np.full(len(features), trees.base[0])

@@ -12,9 +12,9 @@ from hashlib import sha256
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.stages.sequences.league import LeagueSequences, TeamsOfSides
 from pitchlore.pipeline.stages.sequences.windows import instances

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.state.table import (
     AFTER_BALL,
     BALL_DISTANCE,

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.numbers.arrays import I64, U8
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.state.table import (
     AFTER_BALL,
     BALL_DISTANCE,

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Longest time to a goal line, seconds, and the speed below which a ball does not roll, m/s.
 LONG_S, _ROLLS = 9.0, 0.05

@@ -20,11 +20,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: One team or both, 0 home, 1 away.
 TeamIndices = tuple[int, ...]
@@ -77,10 +77,13 @@ def observe(
         first[at], first[at + 1], first[at + 2] = lead, left, 1.0 if on else 0.0
         for robot in range(1, each):
             row = out[index * each + robot]
-            row[:] = first
             own = _BALL + robot * _ROBOT
-            row[_BALL : _BALL + _ROBOT] = first[own : own + _ROBOT]
-            row[_BALL + _ROBOT : own + _ROBOT] = first[_BALL:own]
+            for place in range(len(row)):
+                row[place] = first[place]
+            for place in range(_ROBOT):
+                row[_BALL + place] = first[own + place]
+            for place in range(_BALL, own):
+                row[place + _ROBOT] = first[place]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

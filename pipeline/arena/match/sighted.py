@@ -21,13 +21,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.arena.match.observation import LIMIT, TeamIndices
 from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.numbers.arrays import F32, F64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.state.observation import LONG_S, see_from
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.sights import SIGHT

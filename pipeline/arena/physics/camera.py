@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.game.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 # A body that was seen so many deviations of the noise beyond where it can have gone was put there.
 _DEVIATIONS = 6.0

@@ -13,11 +13,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Columns of the forces: newtons and newton metres, in the frame of the pitch.
 FX, FY, TORQUE = range(3)

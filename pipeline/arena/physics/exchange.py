@@ -12,13 +12,14 @@ import numpy as np
 import numpy.typing as npt
 import pymunk
 from llvmlite import binding
-from numba import njit, types
+from numba import types
 from pymunk import batch
 from pymunk._chipmunk import ffi, lib
 
 from pitchlore.pipeline.arena.physics.drive import FX, TORQUE, drive, publish
 from pitchlore.pipeline.game.bodies import COLUMNS
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 _STATE = (
     batch.BodyFields.POSITION | batch.BodyFields.ANGLE

@@ -14,7 +14,6 @@ from typing import Literal, NamedTuple, Self
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.arena.physics.laws import (
     END,
@@ -35,6 +34,7 @@ from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
 from pitchlore.pipeline.matches.frame import Period
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas import AWAY, HOME, SIDES, Referee
 
 #: The referee's memory; all fields int64.

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
 from pitchlore.pipeline.arena.physics.referee import NOBODY, WORDS, Laws, attack_direction
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.game.bodies import BALL, THETA, Record, X, Y, see
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas import HOME
 
 #: Where the robots between these two would like to be, in order: shares of the half's length and of half

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.arena.teams.learned import observe_levels
 from pitchlore.pipeline.game.bodies import Records
@@ -22,6 +21,7 @@ from pitchlore.pipeline.game.tactics.executors.actions import VERB
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix, uniform
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.numbers.trees import Trees, leaf, logits, trees_of
 from pitchlore.pipeline.state import BinEdges, Radix, encode_one
 from pitchlore.pipeline.state.observation import see_from

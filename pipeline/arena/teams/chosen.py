@@ -7,13 +7,13 @@ always told the same play as the constant team of that code does.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import Records
 from pitchlore.pipeline.game.tactics import executors
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams import static
@@ -34,6 +33,7 @@ from pitchlore.pipeline.game.tactics.geometry import clamp, distance, unit_vecto
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: What the team remembers: whether it has won the ball.
 TEAM = np.dtype([("won", np.int64)])

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams import static
@@ -22,6 +21,7 @@ from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix, normal
 from pitchlore.pipeline.game.tactics.steering import EITHER, FRONT, around, steer
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 _AGGRESSIVE, _DEFENSIVE, _CHASER = range(len(TACTICS))
 
@@ -105,9 +105,13 @@ def _seen(view: F64, count: int, frame: int, ring: F64) -> F64:
 
     The view is put into ``ring``, the last ones; ``frame`` counts those that have been played.
     """
-    ring[frame % len(ring)] = view
-    seen: F64 = ring[(frame + 1) % len(ring) if frame + 1 >= len(ring) else 0].copy()
-    seen[1 : count + 1] = view[1 : count + 1]
+    now, then = ring[frame % len(ring)], ring[(frame + 1) % len(ring) if frame + 1 >= len(ring) else 0]
+    seen = np.empty(view.shape)
+    for row in range(len(view)):  # to copy whole rows numba compiles the text of their errors, for seconds
+        late = row == BALL or row > count
+        for column in range(COLUMNS):
+            now[row, column] = view[row, column]
+            seen[row, column] = then[row, column] if late else view[row, column]
     return seen
 
 

@@ -17,7 +17,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.arena.teams.clock import Clock
 from pitchlore.pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
@@ -30,6 +29,7 @@ from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix, normal, uniform
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
 from pitchlore.pipeline.state.table import ELEMENTS
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams.people import People
@@ -13,6 +12,7 @@ from pitchlore.pipeline.game.tactics.executors.actions import ACTION
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 # Nobody's role matters to 194.

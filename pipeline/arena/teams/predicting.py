@@ -11,12 +11,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
 from pitchlore.pipeline.game.tactics.geometry import clamp
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Share of the difference between where a robot is seen and where it was reckoned to be that is believed.
 _TRUST = 0.3
@@ -68,7 +68,9 @@ def predict(
     slot = frame % late
     change = acceleration * m.frame_s
     ahead_s = late * m.frame_s
-    out[:] = view
+    for row in range(len(view)):
+        for column in range(view.shape[1]):
+            out[row, column] = view[row, column]
     for robot in range(count):
         row, pose = 1 + robot, by.pose[robot]
         # The picture is of the moment at which the oldest speeds of the memory began.
@@ -79,7 +81,7 @@ def predict(
             pose[1] += _TRUST * (view[row, Y] - pose[1])
             pose[2] += _TRUST * wrapped(view[row, THETA] - pose[2])
         else:  # put there, or seen for the first time: the distance is NaN then
-            pose[:] = view[row, :3]
+            pose[0], pose[1], pose[2] = view[row, X], view[row, Y], view[row, THETA]
         for side in range(2):
             by.rims[robot, side] += clamp(wheels[robot, side] - by.rims[robot, side], change)
             by.past[slot, robot, side] = by.rims[robot, side]

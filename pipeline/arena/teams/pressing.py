@@ -18,8 +18,6 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.arena.teams import static
 from pitchlore.pipeline.arena.teams.static import ATTACKER, KEEPER, SUPPORTER
 from pitchlore.pipeline.game.bodies import BALL, Record, Records, X, Y
@@ -29,6 +27,7 @@ from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix
 from pitchlore.pipeline.game.tactics.steering import around
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 # The nearest robot presses until another is nearer by so many radii (7.5 cm).
 _HYSTERESIS = 2.0

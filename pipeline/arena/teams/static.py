@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 
 from pitchlore.pipeline.arena.teams.people import People
@@ -37,6 +36,7 @@ from pitchlore.pipeline.game.tactics.steering import (
     to_pose,
 )
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Jobs of robots.
 SUPPORTER, KEEPER, ATTACKER = range(3)

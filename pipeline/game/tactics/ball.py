@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, X, Y
 from pitchlore.pipeline.game.tactics.geometry import along, clamp, distance, offset, speed_of, unit_vector
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.steering import FRONT, steer
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Half angle at which the recogniser's term FACING crosses 0.5, cosine.
 COS_FACING = math.cos(math.radians(30))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import THETA, VX, VY, X, Y
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

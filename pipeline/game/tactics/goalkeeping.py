@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.tactics.geometry import clamp
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.steering import EITHER, drive_to, face, steer
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: A goalkeeper's middle keeps off the goal line by so many radii (5 cm on the VSSS pitch).
 OFF_LINE = 5 / 3.75

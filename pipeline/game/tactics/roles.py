@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import X, Y
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 

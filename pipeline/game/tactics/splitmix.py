@@ -10,8 +10,9 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from numpy.random import Generator
+
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: State of a stream, uint64 [1]; every draw changes it.
 SplitMix = npt.NDArray[np.uint64]

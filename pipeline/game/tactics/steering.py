@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.tactics.geometry import along, clamp, offset
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Which end of the robot goes first.
 BACK, EITHER, FRONT = -1, 0, 1

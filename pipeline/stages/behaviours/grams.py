@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I32, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.numbers.sums import QUANTUM, added_up, numbered
 from pitchlore.pipeline.stages.sequences.windows import codes_of, instances, owner_of, role_of, windows
 from pitchlore.schemas import ROLES

@@ -17,9 +17,9 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 from minisom import MiniSom
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I16, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 Label = TypeVar("Label", bound=tuple[str, ...])
 

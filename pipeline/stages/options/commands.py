@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import OMEGA, THETA, VX, VY, Records
 from pitchlore.pipeline.game.tactics import executors
@@ -14,6 +13,7 @@ from pitchlore.pipeline.game.tactics.executors.actions import ACTION
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix, seeded
 from pitchlore.pipeline.numbers.arrays import F32, F64, I8, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas.options import OPTIONS
 
 _OPTIONS = np.array(OPTIONS, dtype=np.int64)
@@ -77,6 +77,7 @@ def _run(
                     executors.start(_OPTIONS[place], robot, view, roles, m, splitmix, action)
                 aims[t, robot - 1, place] = action["other"]
                 over = executors.act(robot, view, m, action, driven)
-                wheels[t, robot - 1, place] = driven[robot - 1]
+                for side in range(2):
+                    wheels[t, robot - 1, place, side] = driven[robot - 1, side]
                 if over:
                     executors.start(_OPTIONS[place], robot, view, roles, m, splitmix, action)

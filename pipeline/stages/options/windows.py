@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X, Y, see
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.roles import assign
 from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.settings import OptionSettings
 from pitchlore.pipeline.stages.options.commands import commanded
 from pitchlore.pipeline.state.observation import see_from
@@ -280,7 +280,8 @@ def describe(
                 out[option, off + 1] = out[option, at + 1] - shared[3 * part + 1]
                 part += 1
         out[option, 2 * PARTS], out[option, 2 * PARTS + 1] = mean, turn
-        out[option, _OWN:] = shared
+        for place in range(_SHARED):
+            out[option, _OWN + place] = shared[place]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

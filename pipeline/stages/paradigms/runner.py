@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.stages.paradigms.games.game import Game
 from pitchlore.pipeline.stages.paradigms.rules.jaq import joint_index
 from pitchlore.pipeline.stages.paradigms.rules.kernel import kernel

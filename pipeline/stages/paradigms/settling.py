@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.stages.paradigms.rules.kernel import kernel
 from pitchlore.pipeline.stages.paradigms.rules.memory import Memory, Params
 from pitchlore.pipeline.stages.paradigms.rules.rules import values

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I8, I64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.stages.policies.sarsa import CONTINUES, TERMINAL, UNKNOWN
 
 

@@ -15,10 +15,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import F64, I8, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.settings import PolicySettings
 
 CONTINUES, TERMINAL, TRUNCATED = 0, 1, 2

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import BALL, COLUMNS, see
 from pitchlore.pipeline.matches.frame import Frames, MatchLog, home_attacks
 from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import SIDES, Sights

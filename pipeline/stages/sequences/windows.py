@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import I16, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas import ROLES
 
 #: Longest gram: four codes of eight bits, below the role, in one key.

@@ -16,11 +16,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial, reduce
 
-import numba
 import numpy as np
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.numbers.arrays import F64, I32
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Operations of the register code: out = op(a, b).
 IS, NOT, VERY, AND, OR = range(5)
@@ -124,7 +124,7 @@ def _refused(text: str, what: str) -> BadSettings:
     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def execute(steps: I32, lines: F64, registers: F64, n: int) -> None:
     """Run register code over a block of samples, in place.
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 import polars as pl
@@ -14,6 +13,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.game.pitch import Scales
 from pitchlore.pipeline.numbers.arrays import F64, I8, I32, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas import BODIES
 
 #: The ball's name as a team.
@@ -196,7 +196,7 @@ def _bodies(trajectories: pl.DataFrame, sample: I64) -> Iterator[tuple[tuple[int
         yield body, slice(start, end)
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _carry(role: I8, last: int) -> None:
     """Fill unknown roles with the last known one, in place; ``last`` is that of before."""
     for k in range(len(role)):
@@ -205,7 +205,7 @@ def _carry(role: I8, last: int) -> None:
         last = role[k]
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def headings(theta: F64, vx: F64, vy: F64, still: float, last: F64) -> F64:
     """Headings of a body, float64 [n]; where one is not known it is the direction of motion.
 
@@ -228,7 +228,7 @@ def headings(theta: F64, vx: F64, vy: F64, still: float, last: F64) -> F64:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _pose(
     x: F64, y: F64, vx: F64, vy: F64, theta: F64, at: I64, still: float, omnidirectional: bool, out: F64
 ) -> None:
@@ -248,7 +248,7 @@ def _pose(
         out[5, k], out[6, k] = course_cos, course_sin
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _ball(
     x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, before: int, direction: F64, still: float,
     out: F64,
@@ -272,7 +272,7 @@ def _ball(
         i += 1
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def jolts(x: F64, y: F64, t_ns: I64, segment: I32) -> F64:
     """Jolt and gain of the ball, m/s, float64 [2, n], at its n samples.
 
@@ -284,9 +284,10 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32) -> F64:
     where the segment's samples do not reach back so far.
     """
     begin = 0
-    sizes, gains = np.zeros(len(x)), np.zeros(len(x))
-    out = np.zeros((2, len(x)))
+    sizes, gains = np.empty(len(x), dtype=np.float64), np.empty(len(x), dtype=np.float64)
+    out = np.empty((2, len(x)), dtype=np.float64)
     for i in range(len(x)):
+        sizes[i] = gains[i] = out[0, i] = out[1, i] = 0.0
         if segment[i] != segment[begin] or (i > 0 and t_ns[i] - t_ns[i - 1] > _JOLT_LONGEST_NS):
             begin = i
         middle = i
@@ -310,7 +311,7 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32) -> F64:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _slope(values: F64, t_ns: I64, first: int, last: int) -> float:
     """Slope of the least-squares line through samples [first, last], per second."""
     n = last - first + 1

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 Rows = npt.NDArray[np.void]
 
@@ -134,7 +134,7 @@ class Meanings(NamedTuple):
     least_ns: I64
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _write(row: Any, rule: int, other: int, k0: int, k1: int, strength: float) -> None:
     """Fill one row of OCCURRENCE."""
     row.rule = rule
@@ -144,13 +144,13 @@ def _write(row: Any, rule: int, other: int, k0: int, k1: int, strength: float) -
     row.strength = strength
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _lasting(rule: Any, ns: int) -> float:
     """Membership of a playing time in the rule's term, or a longer one."""
     return float(max(0.0, min(1.0, rule.rise * ns * 1e-9 + rule.up)))
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def advance(
     registers: F64, rules: Rows, t_ns: I64, fresh: Bools, fire_at: float, longest_ns: int, at: int, n: int,
     other: int, marks: Rows, found: Rows,
@@ -234,7 +234,7 @@ def advance(
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def finish(rules: Rows, t_ns: I64, other: int, marks: Rows, found: Rows) -> int:
     """Complete the WHILE stretches that the last sample left open; arguments as for :func:`advance`."""
     count = 0
@@ -248,7 +248,7 @@ def finish(rules: Rows, t_ns: I64, other: int, marks: Rows, found: Rows) -> int:
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _chunk_end(samples: RobotSamples, k0: int, k1: int, longest_ns: int) -> int:
     """End of the first chunk of [k0, k1), in (k0, k1]: the fewest and most even chunks within ``longest_ns``.
 
@@ -265,7 +265,7 @@ def _chunk_end(samples: RobotSamples, k0: int, k1: int, longest_ns: int) -> int:
     return k
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def cut(found: Rows, rules: Rows, samples: RobotSamples, longest_ns: int) -> Rows:
     """The occurrences, WHILE stretches cut into chunks; of a rule that counts once only the first is kept.
 
@@ -303,7 +303,7 @@ def cut(found: Rows, rules: Rows, samples: RobotSamples, longest_ns: int) -> Row
     return out[:count]
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: RobotSamples) -> None:
     """Give occurrence ``i`` each free run of [k0, k1) that lasts ``least_ns``, and all if all is free."""
     k = k0
@@ -317,7 +317,7 @@ def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: RobotSam
         k = end + 1
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def resolve(order: I64, found: Rows, meanings: Meanings, samples: RobotSamples, gaps: Gaps) -> Rows:
     """One sequence without overlaps: occurrences by priority, gaps filled, neighbours merged.
 
@@ -340,7 +340,8 @@ def resolve(order: I64, found: Rows, meanings: Meanings, samples: RobotSamples, 
     """
     t_ns, until_ns, piece = samples.t_ns, samples.until_ns, samples.piece
     n = len(t_ns)
-    owner = np.full(n, -1, dtype=np.int64)
+    owner = np.empty(n, dtype=np.int64)
+    owner[:] = -1
     for i in order:
         k0, k1 = found[i].k0, found[i].k1
         if meanings.least_ns[i] > 0:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from math import pi
 
-import numba
 import numpy as np
 
 from pitchlore.pipeline.numbers.arrays import F64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Distance to an absent robot; no term of nearness holds.
 ABSENT = 1e6
@@ -35,7 +35,7 @@ OWN: tuple[str, ...] = (
 OTHER: tuple[str, ...] = ("other_distance", "other_off_course", "speed")
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def ball_distances(poses: F64, ball: F64) -> F64:
     """Distance of each robot to the ball, float64 [B, T] in metres, NaN where either is missing.
 
@@ -43,7 +43,7 @@ def ball_distances(poses: F64, ball: F64) -> F64:
         poses: as in :class:`pipeline.stages.situations.dense.DenseMatch`.
         ball: as in :class:`pipeline.stages.situations.dense.DenseMatch`.
     """
-    out: F64 = np.empty_like(poses[0])
+    out = np.empty(poses.shape[1:], dtype=np.float64)
     for b in range(len(out)):
         for k in range(len(ball[0])):
             dx, dy = ball[0, k] - poses[0, b, k], ball[1, k] - poses[1, b, k]
@@ -51,7 +51,7 @@ def ball_distances(poses: F64, ball: F64) -> F64:
     return out
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def nearest_to_ball(distances: F64, among: Bools, ball: F64) -> F64:
     """Distance of the nearest of some robots to the ball, float64 [T] in metres.
 
@@ -62,10 +62,9 @@ def nearest_to_ball(distances: F64, among: Bools, ball: F64) -> F64:
         among: bool [B], the robots to choose from.
         ball: as in :class:`pipeline.stages.situations.dense.DenseMatch`.
     """
-    nearest = np.full(ball.shape[1], ABSENT)
+    nearest = np.empty(ball.shape[1], dtype=np.float64)
     for k in range(len(nearest)):  # np.where takes a second to compile
-        if np.isnan(ball[0, k]):
-            nearest[k] = np.nan
+        nearest[k] = np.nan if np.isnan(ball[0, k]) else ABSENT
     for b in range(distances.shape[0]):
         if among[b]:
             for k in range(distances.shape[1]):
@@ -73,7 +72,7 @@ def nearest_to_ball(distances: F64, among: Bools, ball: F64) -> F64:
     return nearest
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def between(ax: float, ay: float, bx: float, by: float) -> float:
     """Angle in [0, pi] between two directions of any length; NaN if either has none.
 
@@ -102,7 +101,7 @@ def between(ax: float, ay: float, bx: float, by: float) -> float:
     return pi - turn if dot < 0.0 else turn
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def fill_own(
     mine: F64, ball: F64, opponent: F64, teammate: F64, at: int, n: int, own_goal_x: float, faces: int,
     out: F64,
@@ -164,7 +163,7 @@ def fill_own(
             out[row + 2, j] = between(course_cos[j], course_sin[j], dx, dy)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def fill_other(mine: F64, other_x: F64, other_y: F64, at: int, n: int, out: F64) -> None:
     """Fill the signals OTHER between one robot and another for a block of the first one's samples.
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I32, I64, U8, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 #: In place of a role, for a robot that the frame already has.
@@ -50,8 +50,8 @@ def find_jumps(
         moved: bool [n], true at the first row of a place where the body was put.
     """
     n = len(part)
-    suspect = np.zeros(n, dtype=np.bool_)
-    moved = np.zeros(n, dtype=np.bool_)
+    suspect, moved = np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_)
+    suspect[:] = moved[:] = False
     begin = first = last = 0  # first row of the part, first row at the accepted place, last plausible row
     there = tip = -1  # first and last row at the new place
     for i in range(n):
@@ -110,7 +110,7 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
         float32 [k, n]; NaN where the part has one sample only.
     """
     k, n = values.shape
-    out = np.full((k, n), np.nan, dtype=np.float32)
+    out = np.empty((k, n), dtype=np.float32)
     half = half_ns + _EDGE_NS
     start = 0
     while start < n:
@@ -128,6 +128,8 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
             if b - a < least:
                 a, b = max(start, min(a, b - least)), min(end, max(b, a + least))
             if b - a < 2:
+                for v in range(k):
+                    out[v, i] = np.nan
                 continue
             mean = 0.0
             for j in range(a, b):

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from numba import njit
 
 from pitchlore.pipeline.matches.frame import Period
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.numbers.arrays import I32, I64, U8
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Verdicts of :func:`_judge_clock` on a frame.
 IN_ORDER, LATE, CLOCK_BACK, CLOCK_AHEAD = range(4)
@@ -77,7 +77,8 @@ def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
 def _judge_clock(t_ns: I64, reorder_ns: int) -> U8:
     """Verdict on each frame, uint8 [F]; a frame at exactly the latest time is in order."""
     frames = len(t_ns)
-    verdict = np.full(frames, IN_ORDER, dtype=np.uint8)
+    verdict = np.empty(frames, dtype=np.uint8)
+    verdict[:] = IN_ORDER
     before = np.int64(-(2**62))  # latest time before the clock last leapt ahead,
     leap = 0  # and the frame at which it did: the first one comes from nowhere
     latest = t_ns[0]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Samples that are kept are at most this far apart, seconds, if the recording's are.
 LONGEST_S = 0.25

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import BALL, Record
 from pitchlore.pipeline.game.tactics.ball import has_ball, touches_ball
@@ -27,6 +26,7 @@ from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.game.tactics.splitmix import SplitMix, uniform
 from pitchlore.pipeline.game.tactics.steering import set_wheels
 from pitchlore.pipeline.numbers.arrays import F64, I64
+from pitchlore.pipeline.numbers.kernels import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.game.bodies import BALL, X, Y
 from pitchlore.pipeline.game.tactics.geometry import offset
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
 #: Controllers; ``control`` calls them.

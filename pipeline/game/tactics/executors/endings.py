@@ -32,8 +32,6 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record
 from pitchlore.pipeline.game.tactics.ball import COS_FACING, has_ball, touches_ball
 from pitchlore.pipeline.game.tactics.executors import actions
@@ -41,6 +39,7 @@ from pitchlore.pipeline.game.tactics.executors.actions import GONE
 from pitchlore.pipeline.game.tactics.geometry import along, distance, offset, speed_of
 from pitchlore.pipeline.game.tactics.measures import Measures
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 # Durations of the conditions of 001, 011 and 184, seconds.
 _GAINED_S, _GUIDED_S, _STOOD_S = 0.15, 0.40, 0.50

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from pitchlore.pipeline.game.bodies import BALL, VX, VY, Record, X, Y
 from pitchlore.pipeline.game.tactics.ball import COS_FACING, coming, has_ball, push, soon, spin, touches_ball
 from pitchlore.pipeline.game.tactics.executors import actions
@@ -28,6 +26,7 @@ from pitchlore.pipeline.game.tactics.steering import (
     to_pose,
 )
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.numbers.kernels import njit
 
 # From further ahead of the ball than this (cosine), it is reached from behind instead of straight on.
 _COS_AHEAD = -0.3

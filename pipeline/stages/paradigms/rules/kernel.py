@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, cast
 
-from numba import njit
+from pitchlore.pipeline.numbers.kernels import njit
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -21,7 +21,7 @@ def kernel(function: F) -> F:
     LLVM inlines it, and numba does not count references to array arguments, which took three quarters of the
     time of a step of learning. A function that allocates or returns an array cannot be compiled so.
     """
-    return cast("F", njit(**_OPTIONS)(function))
+    return njit(**_OPTIONS)(function)
 
 
 def switch(name: str, functions: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
