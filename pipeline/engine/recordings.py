@@ -91,7 +91,7 @@ def waiting(store: Store) -> list[Recording]:
 
 def strangers(store: Store) -> dict[str, str]:
     """All in the inbox that is never read, with the reason: pipes, devices, links that lead out."""
-    why = "or its map is a link that leads out of the inbox, or no regular file; it is not read. Remove that."
+    why = "it, or its map, is a link that leads out of the inbox, or no regular file; not read. Remove that."
     return {recording.label(store): why for recording in _dropped(store) if not _is_inside(recording, store)}
 
 
