@@ -123,7 +123,7 @@ class EventLog:
 
     def add(self, batch: Batch, reported: Fields, chosen: Bools) -> None:
         """Take up events of the referee packets that are chosen, bool [M], with the fields of all."""
-        reported = reported.at(np.flatnonzero(chosen[reported.of] & (reported.number >= _EVENTS))).ordered()
+        reported = reported.at(np.flatnonzero(chosen[reported.of] & (reported.number >= _EVENTS)))
         spans = reported.spans(_EVENTS)
         self._take(batch, spans, ["event"] * len(spans.of))
         groups = reported.spans(_GROUPS)
@@ -133,7 +133,7 @@ class EventLog:
         accepted = np.zeros(len(groups.of), np.bool_)
         of, value = inside.varints(_GROUP_ACCEPTED)
         accepted[of] = value != 0
-        spans = inside.spans(_GROUP_EVENTS).ordered()
+        spans = inside.spans(_GROUP_EVENTS)
         states = ["accepted proposal" if accepted[of] else "proposal" for of in spans.of.tolist()]
         self._take(batch, spans._replace(of=groups.of[spans.of]), states)
 
@@ -167,10 +167,9 @@ class EventLog:
         for event, text in zip(spans.of.tolist(), texts(data, spans.value, spans.end), strict=True):
             origins[event].append(_text(text))
         rows: list[dict[str, object]] = []
-        held = found.spans(*_KINDS).ordered()
+        held = found.spans(*_KINDS)
         inside, _ = fields(data, held.value, held.end)
-        parts = np.searchsorted(inside.ordered().of, np.arange(len(held.of) + 1))
-        inside = inside.ordered()
+        parts = np.searchsorted(inside.of, np.arange(len(held.of) + 1))
         for i, (event, number) in enumerate(zip(held.of.tolist(), held.number.tolist(), strict=True)):
             told, kind = self._told[event], _KINDS[number]
             own = inside.at(np.arange(parts[i], parts[i + 1]))

@@ -48,7 +48,7 @@ class KickLog:
             order: int64 [M], number of each packet.
             captured: float64 [M], time of its frame, seconds; NaN if it is not used.
         """
-        spans = frames.spans(_KICKED_BALL).ordered()
+        spans = frames.spans(_KICKED_BALL)
         spans = spans.at(np.flatnonzero(np.isfinite(captured[spans.of])))
         if not len(spans.of):
             return

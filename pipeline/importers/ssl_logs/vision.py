@@ -95,7 +95,7 @@ class DetectionHeads(NamedTuple):
         packet: int64 [F], which packet of the batch each is.
         frames: float64 [F, 4], as in :class:`Detections`.
         lost: packets that cannot be decoded, or have no usable time or camera.
-        inside: the fields of all frames, ordered; ``of`` is the packet.
+        inside: the fields of all frames; ``of`` is the packet.
     """
 
     packet: I64
@@ -116,7 +116,6 @@ def heads(batch: Batch, packets: Fields, damaged: Bools) -> DetectionHeads:
     """
     detection = packets.spans(f.WRAPPER_DETECTION)
     inside, broken = fields(batch.data, detection.value, detection.end)
-    inside = inside.ordered()
     inside = inside._replace(of=detection.of[inside.of])
     damaged = damaged.copy()
     damaged[detection.of[broken]] = True

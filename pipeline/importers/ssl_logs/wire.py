@@ -2,9 +2,6 @@
 
 Source: the encoding guide of Protocol Buffers (protobuf.dev, "Encoding"). A field is a tag, which is its
 number and its wire type, and a value. Which numbers mean what is in ``fields``.
-
-The first fields of all messages are read together, then the second ones, and so on: messages of a log have
-few fields each, and there are many of them.
 """
 
 from __future__ import annotations
@@ -12,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
 
@@ -20,11 +18,10 @@ VARINT, FIXED64, SPAN, FIXED32 = 0, 1, 2, 5
 #: A message that has more fields is damaged. A frame has one a body, and few besides.
 MOST_FIELDS = 512
 _LONGEST_VARINT = 10
-_KNOWN = np.isin(np.arange(8), (VARINT, FIXED64, SPAN, FIXED32))
 
 
 class Fields(NamedTuple):
-    """Fields of messages; those of one message are in their order.
+    """Fields of messages, in the order of the messages and of their fields.
 
     Attributes:
         of: int64 [F], index of the message that each is of.
@@ -43,10 +40,6 @@ class Fields(NamedTuple):
     def at(self, rows: I64) -> Fields:
         """The fields at some rows."""
         return Fields(*(column[rows] for column in self))
-
-    def ordered(self) -> Fields:
-        """The fields ordered by message."""
-        return self.at(np.argsort(self.of, kind="stable"))
 
     def spans(self, *numbers: int) -> Fields:
         """The spans with one of these numbers."""
@@ -84,61 +77,59 @@ def fields(data: U8, start: I64, end: I64) -> tuple[Fields, Bools]:
     Returns:
         The fields, of a damaged message those before the damage; and which messages are damaged, bool [M].
     """
+    assert not len(start) or (start.min() >= 0 and end.max() <= len(data)), "messages lie in the data"
+    data = data.view()
+    data.flags.writeable = False  # one kind of array, one compiled function
     damaged = np.zeros(len(start), np.bool_)
-    steps: list[Fields] = []
-    open_ = np.flatnonzero(start < end)
-    at = start[open_]
-    while len(open_):
-        if len(steps) == MOST_FIELDS:
-            damaged[open_] = True
-            break
-        found, sound = _next(data, open_, at, end[open_])
-        damaged[open_[~sound]] = True
-        steps.append(found)
-        more = found.end < end[found.of]
-        open_, at = found.of[more], found.end[more]
-    if not steps:
-        return Fields(*(np.empty(0, np.int64) for _ in Fields._fields)), damaged
-    return Fields(*(np.concatenate(columns) for columns in zip(*steps, strict=True))), damaged
+    found = np.empty((len(Fields._fields), _read(data, start, end, _NOWHERE, damaged)), np.int64)
+    _read(data, start, end, found, damaged)
+    return Fields(*found), damaged
 
 
-def _next(data: U8, of: I64, at: I64, end: I64) -> tuple[Fields, Bools]:
-    """The next field of each message: those that can be read, and which can."""
-    tag, value = _varints(data, at, end)
-    number, kind = tag >> 3, tag & 7
-    sound = (value >= 0) & (number > 0)
-    after = value.copy()
-    for fixed, size in ((FIXED64, 8), (FIXED32, 4)):
-        after[kind == fixed] += size
-    counted = np.flatnonzero(sound & ((kind == VARINT) | (kind == SPAN)))
-    reported, content = _varints(data, value[counted], end[counted])
-    span = kind[counted] == SPAN
-    fits = (content >= 0) & (~span | ((reported >= 0) & (reported <= end[counted] - content)))
-    value[counted] = np.where(span, content, reported)
-    after[counted] = np.where(span, content + np.where(fits, reported, 0), content)
-    sound[counted] &= fits
-    sound &= (after <= end) & _KNOWN[kind]
-    found = Fields(of, number, kind, value, after)
-    return found if sound.all() else found.at(np.flatnonzero(sound)), sound
+_NOWHERE = np.empty((len(Fields._fields), 0), np.int64)
 
 
-def _varints(data: U8, at: I64, end: I64) -> tuple[I64, I64]:
-    """Varints as signed 64-bit integers, and where the next bytes are; -1 for one without an end."""
-    there = at < end
-    first = data[np.where(there, at, 0)] if len(data) else np.zeros(len(at), np.uint8)
-    value = (first & 0x7F).astype(np.uint64)
-    after = np.where(there & (first < 0x80), at + 1, -1)
-    open_ = np.flatnonzero(there & (first >= 0x80))
-    for i in range(1, _LONGEST_VARINT):
-        open_ = open_[at[open_] + i < end[open_]]
-        if not len(open_):
-            break
-        byte = data[at[open_] + i].astype(np.uint64)
-        value[open_] |= (byte & np.uint64(0x7F)) << np.uint64(7 * i)
-        last = byte < 0x80
-        after[open_[last]] = at[open_[last]] + i + 1
-        open_ = open_[~last]
-    return value.view(np.int64), after
+@njit(cache=True, nogil=True)
+def _read(data: U8, start: I64, end: I64, into: I64, damaged: Bools) -> int:
+    """Count the fields, write those for which there is room, and mark the damaged messages."""
+    count = 0
+    for message in range(len(start)):
+        at, stop, first = start[message], end[message], count
+        while at < stop:
+            tag, value = _varint(data, at, stop)
+            kind = tag & 7
+            if value < 0 or tag < 8 or count - first == MOST_FIELDS:
+                damaged[message] = True
+                break
+            after = value + 8 if kind == FIXED64 else value + 4
+            if kind == VARINT:
+                value, after = _varint(data, value, stop)
+            elif kind == SPAN:
+                size, value = _varint(data, value, stop)
+                after = value + size if value >= 0 and 0 <= size <= stop - value else -1
+            elif kind != FIXED64 and kind != FIXED32:
+                after = -1
+            if after < 0 or after > stop:
+                damaged[message] = True
+                break
+            if count < into.shape[1]:
+                into[0, count], into[1, count], into[2, count] = message, tag >> 3, kind
+                into[3, count], into[4, count] = value, after
+            count += 1
+            at = after
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _varint(data: U8, at: int, stop: int) -> tuple[np.int64, np.int64]:
+    """Varint as a signed 64-bit integer, and where the next byte is; -1 for one without an end."""
+    value = np.uint64(0)
+    for i in range(min(_LONGEST_VARINT, stop - at)):
+        byte = np.uint64(data[at + i])
+        value |= (byte & np.uint64(0x7F)) << np.uint64(7 * i)
+        if byte < 0x80:
+            return np.int64(value), np.int64(at + i + 1)
+    return np.int64(0), np.int64(-1)
 
 
 def _gathered(data: U8, at: I64, dtype: str) -> F64:
