@@ -281,7 +281,7 @@ def _bodies(data: U8, parts: Fields) -> tuple[F64, I64]:
 
     A body that cannot be decoded, or has no place, is left out. What is 0 is not sent.
     """
-    spans = parts.spans(_FRAME_BALL, _FRAME_YELLOW, _FRAME_BLUE).ordered()
+    spans = parts.spans(_FRAME_BALL, _FRAME_YELLOW, _FRAME_BLUE)
     reported, broken = fields(data, spans.value, spans.end)
     bodies = np.zeros((len(spans.of), 8))
     ball = spans.number == _FRAME_BALL

@@ -97,18 +97,20 @@ def _read(data: U8, start: I64, end: I64, into: I64, damaged: Bools) -> int:
         at, stop, first = start[message], end[message], count
         while at < stop:
             tag, value = _varint(data, at, stop)
-            kind = tag & 7
+            kind, after = tag & 7, np.int64(-1)
             if value < 0 or tag < 8 or count - first == MOST_FIELDS:
                 damaged[message] = True
                 break
-            after = value + 8 if kind == FIXED64 else value + 4
             if kind == VARINT:
                 value, after = _varint(data, value, stop)
             elif kind == SPAN:
                 size, value = _varint(data, value, stop)
-                after = value + size if value >= 0 and 0 <= size <= stop - value else -1
-            elif kind != FIXED64 and kind != FIXED32:
-                after = -1
+                if value >= 0 and 0 <= size <= stop - value:
+                    after = value + size
+            elif kind == FIXED64:
+                after = value + 8
+            elif kind == FIXED32:
+                after = value + 4
             if after < 0 or after > stop:
                 damaged[message] = True
                 break
@@ -121,10 +123,12 @@ def _read(data: U8, start: I64, end: I64, into: I64, damaged: Bools) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _varint(data: U8, at: int, stop: int) -> tuple[np.int64, np.int64]:
+def _varint(data: U8, at: np.int64, stop: np.int64) -> tuple[np.int64, np.int64]:
     """Varint as a signed 64-bit integer, and where the next byte is; -1 for one without an end."""
     value = np.uint64(0)
-    for i in range(min(_LONGEST_VARINT, stop - at)):
+    for i in range(_LONGEST_VARINT):
+        if at + i >= stop:
+            break
         byte = np.uint64(data[at + i])
         value |= (byte & np.uint64(0x7F)) << np.uint64(7 * i)
         if byte < 0x80:
