@@ -118,7 +118,8 @@ class OptionSettings(Frozen):
     """How options are recovered from motion (``pipeline.stages.options``).
 
     Attributes:
-        recover: whether they are recovered; it costs twice as much as all other stages of a match together.
+        recover: whether they are recovered of all matches, for the table options; it costs twice as much as
+            all other stages of a match together.
         window_s: length of a window: the time between two decisions of a team that thinks fast.
         sample_s: time between the samples that are looked at; of a quicker recording some are passed over.
         wheel_speed, wheel_acceleration, axle: limits of robots, m/s, m/s² and metres; by default as in the
@@ -336,7 +337,8 @@ class HabitSettings(Frozen):
 
     Attributes:
         rounds: rounds in which options and habits are learned from each other.
-        windows_at_most: number of windows that are learned from; of more, every so manyth of each match.
+        windows_at_most: number of windows that are learned from: of the newest matches, or, where the options
+            of all are recovered, every so manyth of each. Five matches of eight minutes have about so many.
         least_share: an option is a habit of a role that takes it in so great a share of its windows.
         doubt: probability that an option is none of the team's habits.
         trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
@@ -345,7 +347,7 @@ class HabitSettings(Frozen):
     """
 
     rounds: int = Field(default=3, ge=1)
-    windows_at_most: int = Field(default=300_000, ge=1)
+    windows_at_most: int = Field(default=36_000, ge=1)
     least_share: float = Field(default=0.005, ge=0, lt=1)
     doubt: float = Field(default=0.02, gt=0, le=1)
     trees: int = Field(default=60, ge=1)
@@ -373,7 +375,9 @@ class KnowledgeSettings(Frozen):
             behaviour, if the knowledge holds it.
         accumulate: whether a version adds to the version before; otherwise it holds its matches alone. Habits
             are those of its own matches, or else of the version before.
-        habits: how habits of the imitated team are learned, where its options were recovered.
+        habits: how habits of the imitated team are learned.
+        recover: how its options are recovered for them, of the newest matches alone; not given: habits are
+            learned where the options of all matches are recovered. A policy that imitates sets it.
     """
 
     state_key: Key = "full36"
@@ -384,6 +388,7 @@ class KnowledgeSettings(Frozen):
     accumulate: bool = False
     habits: HabitSettings = Field(
         default=HabitSettings(), exclude_if=lambda habits: habits == HabitSettings())
+    recover: OptionSettings | None = Field(default=None, exclude_if=lambda recover: recover is None)
 
     @model_validator(mode="after")
     def _ever_coarser(self) -> Self:
@@ -441,12 +446,13 @@ class PolicySettings(Frozen):
     Source: paper section 4. The values are ours, because the paper gives none.
 
     Attributes:
-        learner: "sarsa": a team looks up the behaviour of the greatest value in its state, and values come
-            from Sarsa(lambda). "sight": it takes the action that trees, fitted to what V did after each
-            action of the logged decisions, appraise highest at what it sees; Sarsa(lambda) still gives each
-            action its mean value in a role. "imitation": it takes the option that the imitated team most
-            probably takes at what it sees, by the habits that the knowledge has of it (``knowledge.habits``);
-            again Sarsa(lambda) gives each a value.
+        learner: "imitation": a team takes the option that the imitated team most probably takes at what it
+            sees, by the habits that the knowledge has of it (``knowledge.habits``); Sarsa(lambda) gives each
+            a value. Where options of that team cannot be recovered, the learner is "sarsa". "sarsa": it looks
+            up the behaviour of the greatest value in its state, and values come from Sarsa(lambda). "sight":
+            it takes the action that trees, fitted to what V did after each action of the logged decisions,
+            appraise highest at what it sees; again Sarsa(lambda) gives each its mean value in a role. In
+            seasons the default is "sarsa".
         appraisals: settings of "sight".
         learn_from: decisions to learn from. "chosen": logged by a player. "seen": read from the situations
             of a match. "both": all.
@@ -469,7 +475,7 @@ class PolicySettings(Frozen):
         sweeps: passes over the batch.
     """
 
-    learner: Literal["sarsa", "sight", "imitation"] = "sarsa"
+    learner: Literal["imitation", "sarsa", "sight"] = "imitation"
     appraisals: AppraisalSettings = AppraisalSettings()
     learn_from: Literal["chosen", "seen", "both"] = "both"
     last_matches: int | None = Field(default=None, ge=1)
@@ -507,8 +513,17 @@ class Settings(Frozen):
 
     @model_validator(mode="after")
     def _options_are_recovered(self) -> Self:
-        if not self.options.recover and (self.policies.learner == "imitation" or self.grams.of == "options"):
-            raise ValueError("imitation and grams of options need recover = true in the table options")
+        if not self.options.recover and self.grams.of == "options":
+            raise ValueError("grams of options need recover = true in the table options")
+        return self
+
+    @model_validator(mode="after")
+    def _habits_are_learned(self) -> Self:
+        copies, stage = self.policies.learner == "imitation", self.options
+        if copies and not stage.recover and self.knowledge.recover is None:
+            # a frozen model sets what follows from its other settings
+            object.__setattr__(self, "knowledge", self.knowledge.model_copy(update={
+                "recover": stage.model_copy(update={"recover": True})}))
         return self
 
     @property

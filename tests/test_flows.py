@@ -34,7 +34,7 @@ from pitchlore.pipeline.settings import (
     Settings,
 )
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import Policies
+from pitchlore.schemas import Occasions, Policies
 
 pytestmark = pytest.mark.slow
 
@@ -182,16 +182,20 @@ def test_flows_and_engine(tmp_path, clips, finished):
 
 
 def test_other_training(copied):
-    """Training with other settings begins anew and counts each match once."""
-    again, other = train_policy(copied), train_policy(copied, Settings(policies=PolicySettings(sweeps=9)))
-    assert (again.version, again.new, again.failed) == (1, False, {})
-    assert (other.version, other.new, other.failed) == (2, True, {})
+    """Training with other settings begins anew and counts each match once; by states, of exactly the pairs that were seen."""
+    assert train_policy(copied).new is False
+    for sweeps, version in ((5, 2), (9, 3)):
+        made = train_policy(copied, Settings(policies=PolicySettings(learner="sarsa", sweeps=sweeps)))
+        assert (made.version, made.new, made.failed) == (version, True, {})
     store = Store(copied)
-    assert store.manifest("policies", 2).parent is None, "the first has learned from these matches"
-    tables = [store.read_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
+    assert store.manifest("policies", 3).parent is None, "the others have learned from these matches"
+    tables = [store.read_table(store.manifest("policies", v), "policies", Policies) for v in (2, 3)]
     learned = ("version", "q")
     assert tables[0].drop(learned).equals(tables[1].drop(learned)), "visits count each match once"
     assert not tables[0]["q"].equals(tables[1]["q"])
+    occasions = store.read_table(store.latest("knowledge"), "occasions", Occasions)
+    pairs = ["role", "key", "state", "behaviour_id"]
+    assert tables[0].height == occasions.height == tables[0].join(occasions, on=pairs).height
 
 
 def test_flow_from_file(monkeypatch):

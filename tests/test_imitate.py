@@ -15,18 +15,31 @@ from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
 from pitchlore.pipeline.engine.habits import habitual
 from pitchlore.pipeline.engine.imitations import imitation_of
+from pitchlore.pipeline.engine.inputs import StoreInputs
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.policies import way_of_play
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import entrant
+from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.verify import verify_all
+from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.numbers.trees import logits, trees_of
-from pitchlore.pipeline.settings import AppraisalSettings, HabitSettings, OptionSettings
+from pitchlore.pipeline.settings import (
+    AppraisalSettings,
+    HabitSettings,
+    KnowledgeSettings,
+    OptionSettings,
+    PolicySettings,
+    Settings,
+)
+from pitchlore.pipeline.stages.options import of_team
 from pitchlore.pipeline.stages.options.of_team import habits, team_habits
 from pitchlore.pipeline.stages.options.runs import as_done, as_logged
 from pitchlore.pipeline.stages.policies.appraise import fit_action_values
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.store.work import Made
 from pitchlore.pipeline.views.scout.alike import described, likeness, spectrum
 from pitchlore.pipeline.views.scout.content.write import write_pages
@@ -107,6 +120,56 @@ def test_little_to_learn_from(windows):
     pairs, appraisals = imitate(watched(windows)[0])
     assert pairs.height <= 2 * len(ROLES)
     assert appraisals["code"].n_unique() == pairs["behaviour_id"].n_unique()
+
+
+@pytest.mark.slow
+def test_run_copies(copied, monkeypatch):
+    """A run copies the imitated team, by the clues that all matches would give; the same clues are not learned from twice.
+
+    Without habits it is the paper's learner, whose tables are the same as if that had been asked for.
+    """
+    store, habits = Store(copied), HabitSettings(rounds=1, trees=5)
+    newest = Settings(knowledge=KnowledgeSettings(habits=habits))
+    every = Settings(knowledge=KnowledgeSettings(habits=habits), options=OptionSettings(recover=True))
+    assert newest.knowledge.recover == every.options
+    assert every.knowledge.recover is None
+    scope, stage = scope_of(store), STAGES["knowledge"]
+
+    def made(settings: Settings) -> tuple[Manifest, Manifest]:
+        known, policy = (emit(store, STAGES[noun], STAGES[noun].settings(settings), scope)[0] for noun in ("knowledge", "policies"))
+        assert policy.details["knowledge_version"] == known.version
+        return known, policy
+
+    def tables(*versions: Manifest) -> list[pl.DataFrame]:
+        return [table_of(store, held, schema).drop("version", "knowledge_version", strict=False)
+                for held in versions for schema in STAGES[held.noun].schemas if schema.NAME in held.files]
+
+    known, policy = made(newest)
+    assert table_of(store, policy, Appraisals).height
+    assert "copies blue (vsss)" in way_of_play(policy)
+    assert known.details["habits"]["matches"] == 2
+    monkeypatch.setattr(of_team, "team_habits", None)
+    again = stage.compute(StoreInputs(store, stage.plan(store, scope, newest.knowledge, stage).receipts, version=9), newest.knowledge)
+    assert [table.drop("version").equals(before) for (table, _), before in zip(again.tables[2:], tables(known)[2:], strict=True)] == [True] * 2
+    monkeypatch.undo()
+    short = newest.knowledge.model_copy(update={"habits": habits.model_copy(update={"windows_at_most": 500})})
+    few = stage.compute(StoreInputs(store, stage.plan(store, scope, short, stage).receipts, version=9), short)
+    assert few.details["habits"]["matches"] == 1
+    assert few.details["habits"]["windows"] <= 500
+
+    paper = Settings(policies=PolicySettings(learner="sarsa"))
+    known_states, by_states = made(paper)
+    none = made(paper.model_copy(update={"policies": PolicySettings(sweeps=6)}))
+    assert none[0] == known_states
+    assert none[1] != by_states
+    assert made(paper.model_copy(update={"policies": PolicySettings(sweeps=6, learner="sarsa")})) == none, "it holds the same"
+    assert "no copy" not in way_of_play(by_states)
+    assert "It is no copy: options are recovered where `recover` is on" in way_of_play(none[1])
+    elsewhere = none[1].model_copy(update={"details": none[1].details | {"imitates": {"team": "Carrossel", "kind": "2d"}}})
+    assert "in the league vsss alone, and none of Carrossel (2d) were" in way_of_play(elsewhere)
+
+    STAGES.make(store, every, scope, {"options"})
+    assert [one.equals(other) for one, other in zip(tables(*made(every)), tables(known, policy), strict=True)] == [True] * 8
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.face.versions import Knowledge
 from pitchlore.pipeline.game.pitch import PITCHES, SCALES, Kind
-from pitchlore.pipeline.settings import KnowledgeSettings, Settings, SituationSettings
+from pitchlore.pipeline.settings import KnowledgeSettings, PolicySettings, Settings, SituationSettings
 from pitchlore.pipeline.stages.situations import fuzzy
 from pitchlore.pipeline.stages.situations.rulebook import term_table, terms_used
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
@@ -39,7 +39,7 @@ from pitchlore.schemas import KEYS, ROLES, Appraisals, Policies, Referee, Restar
 from pitchlore.schemas.sights import SIGHT
 
 VSSS = PITCHES[Kind.VSSS]
-COARSER = Settings(knowledge=KnowledgeSettings(backoff=("self9", "self6", "role0")))
+COARSER = Settings(knowledge=KnowledgeSettings(backoff=("self9", "self6", "role0")), policies=PolicySettings(learner="sarsa"))
 
 
 def learn(store: Store) -> None:
@@ -231,7 +231,7 @@ def test_policy_that_looks(tmp_path, call):
         assert sum(shares) == pytest.approx(100, abs=len(shares))
     assert write_pages(own).new == 0
     code, out, _ = call("policy", "show", "--data", own.root)
-    assert (code, "It chooses by what it sees, and not by these states" in out) == (0, True)
+    assert (code, "worth most at what it sees. These states decide nothing" in out) == (0, True)
 
 
 # ---- policies and pages of other matches

@@ -7,6 +7,7 @@ import pytest
 
 from pitchlore.pipeline import matches as log
 from pitchlore.pipeline.arena.match.recipe import Recipe
+from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine import games as loop
 from pitchlore.pipeline.engine.record import record
@@ -221,11 +222,15 @@ def test_practice(tmp_path):
 # --- settings --------------------------------------------------------------------------------------
 
 
-def test_settings_read():
-    """All settings that come along can be read."""
-    assert {"paper", "best"} <= set(names())
-    for name in names():
-        assert isinstance(named_settings(name), SeasonSettings)
+def test_settings_keep_their_keys():
+    """A season is known by its settings as JSON: those that come along are what they were, whatever a run's are."""
+    said = {name: Season(name=name, opponent="static", seed=1, settings=named_settings(name)).of_each_game() for name in names()}
+    assert {name: digest(canonical(settings))[:8] for name, settings in said.items()} == {
+        "best": "5571af64", "best-in-games": "ee856f29", "looking": "58437679", "looking-held": "34cd9d17",
+        "paper": "6d32b1b2", "paper-literal": "b0661532"}
+    again = SeasonSettings.model_validate(named_settings("paper").model_dump())
+    assert (again, again.pipeline.policies.learner, again.pipeline.knowledge.recover) == (named_settings("paper"), "sarsa", None)
+    assert SeasonSettings().pipeline.policies.learner == "sarsa"
 
 
 def test_paper_settings():

@@ -61,8 +61,9 @@ def show(
     if json:
         print_json({"manifest": known.manifest, "behaviours": rows.to_dicts()})
         return
+    by = ", by its habits" if known.habits.height else ", by behaviours in states"
     console().print(f"knowledge version {known.version}, parent {known.parent}; "
-                    f"policies imitate: {known.imitates or 'nobody'}")
+                    f"policies imitate: {f'{known.imitates}{by}' if known.imitates else 'nobody'}")
     print_known(known)
     for (of, league), own in rows.group_by("team", "kind", maintain_order=True):
         print_frame(

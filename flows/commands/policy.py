@@ -43,9 +43,8 @@ def show(
         return
     console().print(f"policy version {policy.version} (few: too few episodes; close: too close to tell; "
                     "alone: one behaviour)", soft_wrap=True)
-    if policy.looks:
-        console().print("It chooses by what it sees, and not by these states: `pitchlore scout` draws what "
-                        "it prefers where", soft_wrap=True)
+    beside = " These states decide nothing; see `pitchlore scout`." if policy.looks else ""
+    console().print(f"{policy.plays}{beside}", soft_wrap=True)
     print_known(policy)
     counts = states.group_by("key", "role", "verdict").agg(states=pl.len(), visits=pl.col("visits").sum())
     print_frame(counts.sort("key", "role", "verdict"))

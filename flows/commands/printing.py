@@ -143,6 +143,8 @@ def print_training(store: Store) -> None:
     """Print the training of the newest policy, a row for each key and role."""
     newest = store.latest("policies")
     assert newest is not None
+    policy = Policy(store, newest)
+    console().print(policy.plays, soft_wrap=True, highlight=False)
     columns = ("pairs", "new_pairs", "decisions", "transitions", "first_error", "last_error")
     rows = [{"key": key, "role": role} | {c: counts[c] for c in columns}
             for key, roles in newest.details["tables"].items() for role, counts in roles.items()]
@@ -150,7 +152,7 @@ def print_training(store: Store) -> None:
         return
     print_frame(pl.DataFrame(rows).rename({c: c.replace("_", " ") for c in columns}),
                 title=f"training of policy version {newest.version} (error: mean |TD error| of a sweep)")
-    print_known(Policy(store, newest))
+    print_known(policy)
 
 
 def print_known(version: Knowledge | Policy) -> None:

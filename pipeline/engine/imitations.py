@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from pitchlore.pipeline.engine.recordings import Recording
 
 FOLDER = "imitations"
+#: Most windows that an imitation is learned from; a run takes fewer (``HabitSettings``), and ends sooner.
+_WINDOWS = 300_000
 #: Word before a team's name that names its imitation.
 PREFIX = "imitated:"
 
@@ -53,11 +55,15 @@ def imitation_of(store: Store, team: str) -> Store:
 
 def settings_of(settings: Chosen, team: str) -> Chosen:
     """Settings by which a run imitates a team, whatever they say of learners, options and teams."""
+    habits = settings.knowledge.habits
+    if "windows_at_most" not in habits.model_fields_set:
+        habits = habits.model_copy(update={"windows_at_most": _WINDOWS})
     changed: dict[str, Any] = {
         "options": settings.options.model_copy(update={"recover": True}),
         "policies": settings.policies.model_copy(update={"learner": "imitation"}),
         "grams": settings.grams.model_copy(update={"of": "options"}),
-        "knowledge": settings.knowledge.model_copy(update={"imitate": team}),
+        "knowledge": settings.knowledge.model_copy(update={
+            "imitate": team, "habits": habits, "recover": None}),
         "sides": settings.sides.model_copy(update={"teams": (team,), "kind": Kind.VSSS, "pools": {}}),
     }
     return settings.model_copy(update=changed)

@@ -138,6 +138,12 @@ class StoreInputs(Inputs):
         """The same inputs, read through another store of the same data."""
         return StoreInputs(store, self.receipts, version=self.version, seen=seen)
 
+    def of_match(self, name: str) -> StoreInputs:
+        """The inputs that are outputs of this name."""
+        return StoreInputs(self._store, {
+            noun: [receipt for receipt in receipts if receipt.name == name]
+            for noun, receipts in self.receipts.items()})
+
     def __getitem__(self, noun: str) -> Sequence[Receipt]:
         return self.receipts.get(noun, ())
 

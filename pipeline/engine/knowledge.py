@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine.habits import of_version
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
+from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.stages.sides.teams import Team, TeamRecord, imitated, teams
@@ -23,6 +25,8 @@ from pitchlore.schemas.behaviours import moves_randomly
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
 _PARENT = "parent"
+#: The version before, if it was made by the same settings; its habits may be those of this one, too.
+_BEFORE = "before"
 #: Decisions whose occasions are counted at once: this bounds memory.
 _AT_ONCE = 1 << 17
 
@@ -52,6 +56,12 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
     inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides", "options")}) | {
         label_of(decisions, match): sha256_of(decisions, match) for match in scope.matches}
     parent = store.latest("knowledge")
+    if settings.recover is not None and not receipts["options"]:
+        bodies = _of_bodies(store, receipts["sides"])
+        inputs |= {f"{noun}/all": digest(canonical(digests({noun: of}))) for noun, of in bodies.items() if of}
+        same = parent is not None and parent.settings == settings.model_dump(mode="json") and (
+            parent.versions.get(stage.noun) == stage.version)
+        receipts |= bodies | {_BEFORE: [parent] if parent is not None and same else []}
     follows = None if parent is None else parent.version
     seed = receipts["behaviours"][0].settings["seed"]
     if not settings.accumulate:
@@ -97,7 +107,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
         matches += before.details["matches"]
     (selected,) = inputs["behaviours"]
     maps = {role: inputs.blob("behaviours", role) for role in selected.files if role.startswith("maps-")}
-    habits = of_version(inputs, settings.habits, learner, sides, _PARENT)
+    habits = of_version(inputs, settings, learner, sides, _PARENT, _BEFORE)
     return Made(
         [(known, Behaviours), (occurred, Occasions), *habits.tables],
         blobs={role: ("npz", data) for role, data in maps.items() if data is not None},
@@ -106,6 +116,14 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
             "teams": [team._asdict() | record._asdict() for team, record in records.items()],
         } | habits.details,
     )
+
+
+def _of_bodies(store: Store, sides: Sequence[Receipt]) -> dict[str, list[Receipt]]:
+    """Matches and trajectories of the league whose options can be recovered, in the order of their sides."""
+    small = [side.name for side in sides if side.details["kind"] == Kind.VSSS]
+    found = [(store.receipt("matches", match), store.receipt("trajectories", match)) for match in small]
+    whole = [(log, bodies) for log, bodies in found if log is not None and bodies is not None]
+    return {"matches": [log for log, _ in whole], "trajectories": [bodies for _, bodies in whole]}
 
 
 def _added_up(before: Held | None, records: dict[Team, TeamRecord]) -> dict[Team, TeamRecord]:

@@ -52,10 +52,11 @@ def remarks(
 def lacking(store: Store, scope: Scope) -> list[str]:
     """Why there is nothing to know of the matches of a scope, a line each; empty if there is something.
 
-    There is nothing if no behaviour was selected, no player logged a decision, and no option was recovered
-    from which habits could be learned.
+    There is nothing if no behaviour was selected, no player logged a decision, and no option was recovered of
+    a match that counts, from which habits could be learned.
     """
-    options = (store.readable("options", match) for match in scope.matches)
+    count = {receipt.name for receipt in store.receipts("sides") if any(receipt.details["counts_as"])}
+    options = (store.readable("options", match) for match in scope.matches if match in count)
     if any(held and held.details["options"] for held in options):
         return []
     selected, decided = (store.readable(noun, scope.name) for noun in ("behaviours", "decisions"))
@@ -63,7 +64,6 @@ def lacking(store: Store, scope: Scope) -> list[str]:
         return []
     if selected.files["patterns"].rows or decided.details.get("decisions", 0):
         return []
-    count = {receipt.name for receipt in store.receipts("sides") if any(receipt.details["counts_as"])}
     matches = [receipt for receipt in store.receipts("matches") if receipt.name in {*scope.matches} & count]
     useless = [receipt for receipt in store.receipts("matches")
                if receipt.name in scope.matches and UNUSABLE & receipt.details.get("flaws", {}).keys()]

@@ -26,6 +26,7 @@ from pitchlore.pipeline.engine.knowledge import (
 )
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
+from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.stages.sides.teams import Team, sides_of
 from pitchlore.pipeline.store import Store
@@ -57,6 +58,26 @@ def looks(policy: Manifest) -> bool:
     return found is not None and bool(found.rows)
 
 
+def copies(policy: Manifest) -> bool:
+    """True if a version of the policies does what the imitated team does, by its habits."""
+    return looks(policy) and policy.settings.get("learner") == "imitation"
+
+
+def way_of_play(policy: Manifest) -> str:
+    """How robots choose by a version of the policies, in a sentence; and why, where it is not as asked."""
+    team, learner = imitates(policy), policy.settings.get("learner", "sarsa")
+    whom = "the imitated team" if team is None else f"{team.team} ({team.kind})"
+    if looks(policy):
+        takes = (f"copies {whom}: a robot takes the option that this team most probably takes at what it sees"
+                 if copies(policy) else "looks: a robot takes the action that is worth most at what it sees")
+        return f"The policy {takes}."
+    why, other = "", team is not None and team.kind != Kind.VSSS
+    if other or learner == "imitation":
+        alone = "in the league vsss alone" if other else "where `recover` is on and bodies are seen"
+        why = f" It is no copy: options are recovered {alone}, and none of {whom} were."
+    return f"The policy looks up behaviours in states, by values of Sarsa(λ).{why}"
+
+
 def known_play(store: Store, policy: Manifest) -> dict[str, float]:
     """The shares of ``known_shares`` of the knowledge that a policy was trained on; none if that is gone."""
     knowledge = trained_on(store, policy)
@@ -85,7 +106,7 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     if knowledge is None:
         raise NotFound("there is no knowledge to train on", where=store.where,
                        next_step="Import recordings and run `pitchlore run` first")
-    known = batch(store, knowledge, settings.last_matches)
+    known, learner = batch(store, knowledge, settings.last_matches), _learner(settings, knowledge)
     inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
     inputs["knowledge/imitates"] = digest(json.dumps(knowledge.details.get("imitates")).encode())
     sides = {each.match: need(store, "sides", each.match) for each in known}
@@ -93,14 +114,14 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     inputs |= {label_of(each.receipt, each.match): sha256_of(each.receipt, each.match) for each in known}
     parent = _parent(store, knowledge) if settings.parent else None
     fresh = known if parent is None else _unlearned(store, parent, known)
-    goes_on = parent is not None and bool(fresh) and settings.learner == "sarsa"
+    goes_on = parent is not None and bool(fresh) and learner == "sarsa" and not looks(parent)
     taken = fresh if goes_on else known
     receipts: dict[str, list[Receipt]] = {
         "knowledge": [knowledge], "sides": [sides[each.match] for each in taken],
         "decisions": list({each.receipt.name: each.receipt for each in taken}.values()),
         "matches": _last_played(store, taken),
     }
-    if settings.learner == "sight":
+    if learner == "sight":
         receipts["sequences"] = [need(store, "sequences", each.match) for each in taken]
         inputs |= digests({"sequences": receipts["sequences"]})
     if goes_on and parent is not None:
@@ -130,21 +151,21 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
         .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
         for table in inputs.tables("decisions", Decisions)])
-    appraisals, reads = Appraisals.empty(), settings.learner != "sarsa"
-    trees = next(inputs.batches("knowledge", HabitTrees)) if reads else HabitTrees.empty()
-    if settings.learner == "sight":
+    appraisals, learner = Appraisals.empty(), _learner(settings, knowledge)
+    trees = HabitTrees.empty() if learner == "sarsa" else next(inputs.batches("knowledge", HabitTrees))
+    if learner == "sight":
         from pitchlore.pipeline.stages.policies import appraise  # noqa: PLC0415 (it loads scikit-learn)
         from pitchlore.pipeline.stages.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
 
         seen = appraise.actions(seen, TABLE_1, settings.appraisals)
-    if settings.learner == "imitation":
+    if learner == "imitation":
         seen, appraisals = habitual(next(inputs.batches("knowledge", Habits)), trees, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
     policy, report = train(
         [ordered], seen, inputs.table("parent", Policies) if inputs["parent"] else None,
         settings, inputs.version, knowledge.version,
     )
-    if settings.learner == "sight":
+    if learner == "sight":
         sights = pl.concat(inputs.batches("sequences", Sights))
         watched = sights.drop_nulls("code").join(
             mine, on=("match_id", "team"), how="semi", maintain_order="left")
@@ -157,8 +178,15 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
               (states_of(policy, returned), States)]
     return Made(tables, details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
-        **asdict(report), "matches": len(inputs["sides"]), "plays": _plays(inputs, settings),
+        **asdict(report), "matches": len(inputs["sides"]), "plays": _plays(inputs, learner),
     })
+
+
+def _learner(settings: PolicySettings, knowledge: Manifest) -> str:
+    """The learner; Sarsa(lambda) in place of imitation if the knowledge has no habits of the team."""
+    habits = knowledge.files.get(Habits.NAME)
+    no_copy = settings.learner == "imitation" and (habits is None or not habits.rows)
+    return "sarsa" if no_copy else settings.learner
 
 
 def _last_played(store: Store, matches: list[PolicyMatch]) -> list[Receipt]:
@@ -168,13 +196,13 @@ def _last_played(store: Store, matches: list[PolicyMatch]) -> list[Receipt]:
     return [receipt for receipt in found if receipt is not None]
 
 
-def _plays(inputs: Inputs, settings: PolicySettings) -> dict[str, Any]:
+def _plays(inputs: Inputs, learner: str) -> dict[str, Any]:
     """How the team played that chose last, by the recipe of its match: the settings that a policy needs.
 
     Empty if no player chose, or where the match has no recipe. A team that imitates decides as often as it
     was watched.
     """
-    if settings.learner == "imitation" or (settings.learner == "sight" and not inputs["matches"]):
+    if learner == "imitation" or (learner == "sight" and not inputs["matches"]):
         return watched_clock(inputs)
     for match in inputs["matches"]:
         (side, *_), = filter(None, (_choosing(decided, match.name) for decided in inputs["decisions"]))

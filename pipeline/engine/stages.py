@@ -15,7 +15,7 @@ from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine import knowledge, models, policies
 from pitchlore.pipeline.engine.chain import Chain
-from pitchlore.pipeline.engine.habits import what_was_done
+from pitchlore.pipeline.engine.habits import recovered_options, what_was_done
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.stage import Per, Stage
 from pitchlore.pipeline.game.pitch import Pitch
@@ -109,17 +109,9 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
 
 
 def _options(inputs: Inputs, settings: OptionSettings) -> Made:
-    from pitchlore.pipeline.stages.options.likelihood import shipped_ratios  # noqa: PLC0415 (see above)
-    from pitchlore.pipeline.stages.options.recover import logged_options, options  # noqa: PLC0415 (see above)
-
     if not settings.recover:
         return Made([(Options.empty(), Options), (Clues.empty(), Clues)], details={"options": 0})
-    held = inputs.details("matches")
-    told = settings.logged and (held.get("decisions") != 0 or "options" in held)
-    log = inputs.log() if told else None
-    found, clues = options(
-        inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(),
-        None if log is None else logged_options(log.decisions, log.options))
+    found, clues = recovered_options(inputs, settings)
     return Made([(found, Options), (clues, Clues)], details={"options": found.height})
 
 
@@ -281,7 +273,8 @@ STAGES = Chain(
           (Sequences, Choices, Sights), 4, _sequences),
     Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
-    Stage("knowledge", Per.VERSION, ("sides", "options", "behaviours", "decisions"),
+    Stage("knowledge", Per.VERSION,
+          ("matches", "sides", "trajectories", "options", "behaviours", "decisions"),
           (Behaviours, Occasions, Habits, HabitTrees), 2,
           knowledge.compute, knowledge.plan),
     Stage("policies", Per.VERSION, ("matches", "knowledge", "sides", "sequences", "decisions"),

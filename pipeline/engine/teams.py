@@ -16,6 +16,7 @@ from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.toml import fitted
 from pitchlore.pipeline.engine.imitations import PREFIX, imitation_of, name_of_words
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.policies import looks
 from pitchlore.pipeline.stages.evaluations import Entrant
 from pitchlore.pipeline.stages.seasons.settings import ITSELF, Rival, Season
 from pitchlore.pipeline.store import Store
@@ -274,4 +275,4 @@ def labelled(store: Store, manifest: Manifest) -> tuple[str, PolicyTables]:
 
 def _looks(manifest: Manifest) -> bool:
     """True if a policy appraises what robots see."""
-    return manifest.settings.get("learner") in ("sight", "imitation")
+    return manifest.settings.get("learner") == "sight" or looks(manifest)

@@ -9,7 +9,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.knowledge import imitates, known_shares, learned_from, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.engine.policies import known_play, looks
+from pitchlore.pipeline.engine.policies import known_play, looks, way_of_play
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import Appraisals, Behaviours, Habits, Occasions, Policies, Returns, States, Table
@@ -193,6 +193,11 @@ class Policy(Version):
     def looks(self) -> bool:
         """True if the policy chooses by what robots see, and not by states."""
         return looks(self._manifest)
+
+    @property
+    def plays(self) -> str:
+        """How its robots choose, in a sentence; and why it is no copy of a team, where that was asked."""
+        return way_of_play(self._manifest)
 
     @property
     def known(self) -> dict[str, float]:

@@ -14,7 +14,7 @@ from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
 from pitchlore.pipeline.engine.versions import emit
-from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
 
@@ -36,7 +36,7 @@ def league(folder: Path) -> Store:
     return store
 
 
-def bring(store: Store, settings: Settings = Settings()) -> None:
+def bring(store: Store, settings: Settings = Settings(policies=PolicySettings(learner="sarsa"))) -> None:
     """Make all outputs and a version of the knowledge."""
     STAGES.make(store, settings, scope := scope_of(store))
     emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(settings), scope)

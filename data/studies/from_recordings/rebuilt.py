@@ -42,6 +42,7 @@ from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
+from pitchlore.pipeline.settings import PolicySettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.alike import told
 
@@ -58,6 +59,8 @@ FIRST_DESCRIBED = {ORIGINAL: 4_430_000, COPY: 4_431_000}
 #: Pairs that each policy plays against each of the three (8 were planned; two were dropped for want of time,
 #: before any result was looked at); resamples of the policies.
 PAIRS, RESAMPLES = 6, 10_000
+#: No copy is made of what is described.
+BY_STATES = Settings(policies=PolicySettings(learner="sarsa"))
 #: Ways to halve an original's matches, and of each the ways to learn from a half and to judge the other.
 HALVINGS, SPLITS = 200, 20
 
@@ -129,7 +132,7 @@ class Rebuilt(NamedTuple):
                     seconds=60 * self.minutes) for place in range(count)]
         list(pool.map(recorded, jobs, files))
         store = Store(folder / "data")
-        report = League(store).run(*files, train=False)
+        report = League(store).run(*files, settings=BY_STATES, train=False)
         if report.failures:
             raise SystemExit(str(report.failures))
         return [{name: describe(store, match) for name, describe in DESCRIPTIONS.items()}

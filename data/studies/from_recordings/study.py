@@ -41,6 +41,7 @@ from pitchlore.pipeline.settings import (
     HabitSettings,
     KnowledgeSettings,
     OptionSettings,
+    PolicySettings,
     Settings,
 )
 from pitchlore.pipeline.stages.options.of_team import team_habits
@@ -178,7 +179,8 @@ class Study(NamedTuple):
         yield "copy, noisy camera", self.recorded[-1], *self.copy(team, noisy=True)
         for count in sorted({self.recorded[0], self.recorded[-1]}):
             files = [path for _, path in self.recordings(team, False)[:count]]
-            seen = Settings(knowledge=KnowledgeSettings(imitate=NAME))
+            by_states = PolicySettings(learner="sarsa")
+            seen = Settings(knowledge=KnowledgeSettings(imitate=NAME), policies=by_states)
             yield "recognised codes, Sarsa", count, *self.run(team, f"usual-{count}", files, seen)
             done = seen.model_copy(update={
                 "options": OptionSettings(recover=True), "grams": GramSettings(of="options")})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import numpy.typing as npt
 import polars as pl
@@ -33,7 +35,7 @@ _SIGHTS = {name: place for place, name in enumerate(SIGHT)}
 
 def options(
     trajectories: pl.DataFrame, pitch: Pitch, settings: OptionSettings, trees: Trees,
-    logged: pl.DataFrame | None = None,
+    logged: pl.DataFrame | None = None, teams: Collection[str] = SIDES,
 ) -> tuple[pl.DataFrame, pl.DataFrame]:  # fmt: skip
     """Recover the options of a match's robots from their poses.
 
@@ -46,6 +48,7 @@ def options(
         trees: the ratios, :func:`pipeline.stages.options.likelihood.shipped_ratios`.
         logged: options that teams logged themselves (:func:`logged_options`): only the column ``logged`` is
             from it.
+        teams: the sides whose options are recovered.
 
     Returns:
         Rows of schema Options and of schema Clues.
@@ -55,6 +58,8 @@ def options(
     match = bodies(trajectories, settings.sample_s)
     rows, clues = [Options.empty()], [Clues.empty()]
     for team, numbers in enumerate(match.numbers):
+        if SIDES[team] not in teams:
+            continue
         own = windows_of(match, team, pitch, settings)
         if not len(own.first):
             continue

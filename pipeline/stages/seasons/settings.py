@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
@@ -17,6 +17,8 @@ from pitchlore.schemas.seasons import PERSON
 #: Seeds reserved for the matches of one season, and of one game.
 _SEEDS_A_SEASON = 100_000
 _SEEDS_A_GAME = 100
+#: Settings of stages whose defaults are others in a season: its apprentices learn by what they try.
+_LEARNS: dict[str, Any] = {"policies": {"learner": "sarsa"}}
 #: The opponent that is the apprentice itself, with the policy of the game before.
 ITSELF = "itself"
 
@@ -48,7 +50,7 @@ class SeasonSettings(MatchSettings):
         clock: when an apprentice decides that looks behaviours up in states; by default as in the paper.
         clock_s: time between decisions of an apprentice that appraises what it sees.
         predict_s: how far ahead the apprentice predicts bodies, because its camera is late.
-        pipeline: settings of all stages.
+        pipeline: settings of all stages; the learner is "sarsa" unless they say so.
     """
 
     games: int = Field(default=35, ge=1)
@@ -68,7 +70,14 @@ class SeasonSettings(MatchSettings):
     clock: ClockSettings = Field(default=PAPER, exclude_if=lambda clock: clock == PAPER)
     clock_s: float = Field(default=0.5, gt=0)
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)
-    pipeline: Settings = Settings()
+    pipeline: Settings = Settings.model_validate(_LEARNS)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _learns(cls, said: Any) -> Any:
+        """The settings, with the defaults of a season for its stages."""
+        own = said.get("pipeline", {}) if isinstance(said, dict) else None
+        return said | {"pipeline": overlaid(_LEARNS, own)} if isinstance(own, dict) else said
 
     @property
     def matches_a_game(self) -> int:

@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.engine.policies import known_play, looks
+from pitchlore.pipeline.engine.policies import copies, known_play, looks, trained_on, way_of_play
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.state.words import levels_in_words
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
-from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, team_name
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played, team_name
 from pitchlore.pipeline.views.scout.pictures import bars, on_pitch
 from pitchlore.pipeline.views.scout.states import facts_of, shaded
 from pitchlore.pipeline.views.scout.words import of_behaviour
-from pitchlore.schemas import KEYS, ROLES, Appraisals, Policies, Returns, Sights, States
+from pitchlore.schemas import KEYS, ROLES, SIDES, Appraisals, Clues, Habits, Policies, Returns, Sights, States
 from pitchlore.schemas.policies import FEW, VERDICTS
 
 #: States shown of each role and key that are unsure, and that are not; candidates shown of each.
@@ -40,13 +40,14 @@ class Newest(NamedTuple):
         manifest: manifest of the version.
         team: team that it imitates; None: the decisions of all teams.
         pitch: on which its league plays.
-        matches: the sequences of the last matches of its team, or of all, by id; at most ``_LOOKED_AT``.
+        matches: the last matches of its team, or of all, by id: options if the policy copies, else sequences,
+            by which one that looks is asked; and the team's sides. At most ``_LOOKED_AT``.
     """
 
     manifest: Manifest
     team: TeamName | None
     pitch: Pitch
-    matches: Sequence[Receipt]
+    matches: Sequence[tuple[Receipt, Sequence[str]]]
 
     @property
     def slug(self) -> str:
@@ -61,7 +62,7 @@ class Newest(NamedTuple):
     @property
     def key(self) -> object:
         """Everything that its page is made from, as JSON values."""
-        moments = [receipt.digests() for receipt in self.matches] if looks(self.manifest) else []
+        moments = [receipt.digests() for receipt, _ in self.matches] if looks(self.manifest) else []
         pitch = self.pitch.model_dump(mode="json")
         return [self.manifest.key, self.manifest.version, self.slug, pitch, moments]
 
@@ -79,18 +80,21 @@ def newest_policies(store: Store, league: Sequence[LeagueMatch]) -> list[Newest]
         if team not in found:
             played = [match.pitch for match in league if team is None or match.home.kind == team.kind]
             usual = PITCHES[Kind.VSSS if team is None else Kind(team.kind)]
-            own = [match.inputs["sequences"][0] for match in league if team in (None, match.home, match.away)]
+            noun = "options" if copies(manifest) else "sequences"
+            own = [(receipt, SIDES if team is None else sides_played(team, match))
+                   for match in league if team in (None, match.home, match.away)
+                   if (receipt := store.receipt(noun, match.name)) is not None]
             found[team] = Newest(manifest, team, played[-1] if played else usual, own[-_LOOKED_AT:])
     return list(found.values())
 
 
 def policy_lines(store: Store, policies: Sequence[Newest]) -> list[dict[str, Any]]:
-    """A line for each policy; counts are None for one that was trained before states were kept."""
+    """A line for each policy; counts are None for one that looks, or was trained before states were kept."""
     lines = []
     for each in policies:
         line: dict[str, Any] = {"version": each.manifest.version, "team": each.team, "slug": each.slug,
                                 "told": each.reported, "states": None, "unsure": None}
-        if each.reported:
+        if each.reported and not looks(each.manifest):
             states = table_of(store, each.manifest, States)
             line |= {"states": states.height, "unsure": _unsure_share(states)}
         lines.append(line)
@@ -107,13 +111,15 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
     """
     about = {"policy": policy, "version": policy.manifest.version, "team": policy.team, "few": FEW,
              "knowledge": policy.manifest.details["knowledge_version"],
-             "discount": policy.manifest.settings.get("discount")}
+             "discount": policy.manifest.settings.get("discount"), "plays": way_of_play(policy.manifest),
+             "copies": copies(policy.manifest)}
     if not policy.reported:
         return about | {"told": False}
     states, returned, values = (
         table_of(store, policy.manifest, schema) for schema in (States, Returns, Policies))
     if looks(policy.manifest):
-        return about | {"told": True, "looks": _looks(store, policy, values, cards)}
+        usual = {"habits": _habits(store, policy.manifest, cards)} if copies(policy.manifest) else {}
+        return about | {"told": True, "looks": _looks(store, policy, values, cards)} | usual
     unsure = pl.col("verdict").is_in(["few", "close"])
     shown = [rows for (_, _), rows in states.group_by("key", "role", maintain_order=True)]
     shown.sort(key=lambda rows: (KEYS.index(rows["key"][0]), ROLES.index(rows["role"][0])))
@@ -141,16 +147,14 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
 def _looks(
     store: Store, policy: Newest, values: pl.DataFrame, cards: Mapping[str, str]
 ) -> list[dict[str, Any]]:
-    """Preferences of a policy that looks, role by role; none without moments in which players decided."""
+    """Preferences of a policy that looks, role by role; none without moments."""
     from pitchlore.pipeline.views.scout.preferred import (  # noqa: PLC0415 (numba's code is loaded with it)
         actions_of,
         preference_picture,
         preferred,
     )
 
-    seen = pl.concat([Sights.empty(), *(
-        table_of(store, receipt, Sights).filter(pl.col("code").is_null())
-        for receipt in policy.matches if Sights.NAME in receipt.files)])
+    seen = _moments(store, policy)
     seen = seen.gather_every(max(1, -(-seen.height // _MOMENTS)))
     found = preferred(values, table_of(store, policy.manifest, Appraisals), seen)
     roles = []
@@ -169,6 +173,30 @@ def _looks(
                 for row in actions.iter_rows(named=True)],
         })
     return roles
+
+
+def _habits(store: Store, policy: Manifest, cards: Mapping[str, str]) -> list[dict[str, Any]]:
+    """How often each role takes an option, by the knowledge of a copy; none if that is gone."""
+    knowledge = trained_on(store, policy)
+    if knowledge is None:
+        return []
+    often = table_of(store, knowledge, Habits).sort("share", "option", descending=[True, False])
+    shares = {role: often.filter(role=role).select("option", "share").rows() for role in ROLES}
+    return [{"role": role, "options": [
+        {"words": of_behaviour(name := f"{role}-{option:03d}"), "link": cards.get(name), "share": share}
+        for option, share in of_role]} for role, of_role in shares.items()]
+
+
+def _moments(store: Store, policy: Newest) -> pl.DataFrame:
+    """Role and sight in moments of the last matches: windows of a copied team, or players' decisions."""
+    columns = ("role", "sight")
+    if copies(policy.manifest):
+        own = (table_of(store, receipt, Clues).filter(pl.col("team").is_in(sides))
+               for receipt, sides in policy.matches)
+        return pl.concat([Clues.empty(), *own]).select(columns).drop_nulls("role")
+    return pl.concat([Sights.empty().select(columns), *(
+        table_of(store, receipt, Sights).filter(pl.col("code").is_null()).select(columns)
+        for receipt, _ in policy.matches if Sights.NAME in receipt.files)])
 
 
 def _unsure_share(states: pl.DataFrame) -> float | None:
