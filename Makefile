@@ -234,6 +234,7 @@ study-values: $(READY)  ## whether V and the values of behaviours predict (a qua
 
 study-options: $(READY)  ## ratios and classes of options, and what is recovered beside what was done (an hour)
 	$(BIN)/python data/studies/options/shipped.py
+	$(BIN)/python data/studies/options/drawn.py
 	$(BIN)/python data/studies/options/alike.py
 	$(BIN)/python data/studies/options/study.py
 

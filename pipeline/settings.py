@@ -124,6 +124,7 @@ class OptionSettings(Frozen):
         sample_s: time between the samples that are looked at; of a quicker recording some are passed over.
         wheel_speed, wheel_acceleration, axle: limits of robots, m/s, m/s² and metres; by default as in the
             arena.
+        robots: "measured": motors and bodies are as each recording shows them, not as in the arena.
         logged: whether what a team logged counts; otherwise motion alone tells.
         rounds: rounds in which habits are learned from the match; 0: all options stay equally probable.
         evidence: windows that the habits of a robot's role count for in each cell of what it sees.
@@ -135,6 +136,7 @@ class OptionSettings(Frozen):
     wheel_speed: float = Field(default=1.2, gt=0)
     wheel_acceleration: float = Field(default=6.0, gt=0)
     axle: float = Field(default=0.071, gt=0)
+    robots: Literal["arena", "measured"] = Field(default="arena", exclude_if=lambda robots: robots == "arena")
     logged: bool = Field(default=True, exclude_if=lambda logged: logged)
     rounds: int = Field(default=10, ge=0)
     evidence: float = Field(default=20.0, gt=0)

@@ -48,7 +48,7 @@ def table(log) -> pl.DataFrame:
 
 @pytest.fixture(scope="module")
 def found(log, table) -> tuple[pl.DataFrame, pl.DataFrame]:
-    return options(table, log.info.pitch, SETTINGS, shipped_ratios(), logged_options(log.decisions, log.options))
+    return options(table, log.info.pitch, SETTINGS, shipped_ratios(), logged_options(log.decisions, log.options))[:2]
 
 
 def test_what_was_done_is_seen(found):
@@ -66,7 +66,7 @@ def test_what_was_done_is_seen(found):
 def test_only_motion_counts(found, log, table):
     """Decisions that the log holds change nothing but the column that shows them."""
     rows, evidence = found
-    blind, same = options(table, log.info.pitch, SETTINGS, shipped_ratios())
+    blind, same, _ = options(table, log.info.pitch, SETTINGS, shipped_ratios())
     assert blind["logged"].null_count() == blind.height
     assert same.equals(evidence)
     windows_of = pl.col("team", "robot", "option", "target", "segment")
@@ -80,7 +80,7 @@ def test_a_team_that_logs_its_options(found, log, table):
     changes = np.array([(5 * 10**9, 44, robot, 0), (9 * 10**9, 0, robot, 0), (12 * 10**9, 1, robot, 0)], OPTION_DTYPE)
     back = matches.read(written(replace(log, options=changes)), where="told.mcap")
     assert np.array_equal(back.options, changes)
-    rows, _ = options(table, log.info.pitch, SETTINGS, shipped_ratios(), logged_options(back.decisions, back.options))
+    rows, *_ = options(table, log.info.pitch, SETTINGS, shipped_ratios(), logged_options(back.decisions, back.options))
     middle = ((pl.col("start_ns") + pl.col("end_ns")) // 2 / 1e9).alias("middle")
     told = rows.filter(team="home").sort("start_ns").select("robot", "logged", middle)
     mine = told.filter(robot=robot)
@@ -109,16 +109,33 @@ def test_options_of_a_robot(found, table):
 def test_unseen(found, log, table):
     """A robot has no options while it is not seen; the others have theirs."""
     seen = table.filter(~((pl.col("team") == "home") & (pl.col("robot") == 2) & (pl.col("t_ns") > 5e9)))
-    rows, _ = options(seen, log.info.pitch, SETTINGS, shipped_ratios())
+    rows, *_ = options(seen, log.info.pitch, SETTINGS, shipped_ratios())
     mine = (pl.col("team") == "home") & (pl.col("robot") == 2)
     assert rows.filter(mine)["end_ns"].max() <= 5.3e9
     assert rows.filter(~mine)["end_ns"].max() == found[0].filter(~mine)["end_ns"].max()
 
 
+def test_robots_as_a_match_shows_them(found, log, table):
+    """Robots of our arena are found as they are, and their options as well; of a few samples nothing is measured."""
+    settings = SETTINGS.model_copy(update={"robots": "measured"})
+    rows, _, robots = options(table, log.info.pitch, settings, shipped_ratios("measured"))
+    assert robots.keys() == {"home", "away"}
+    for own in robots.values():
+        assert own.measured
+        assert own[:2] == pytest.approx((1.2, 6.0), rel=0.1)
+        assert not own.together
+        assert own[4:7] == pytest.approx((0, 0, 0), abs=0.003)
+    mine = [each.filter(team="home").select("robot", "start_ns", "end_ns", "option") for each in (rows, found[0])]
+    both = mine[0].join(mine[1], on=("robot", "start_ns"))
+    assert (both["option"] == both["option_right"]).mean() > 0.5
+    _, _, few = options(table.filter(pl.col("t_ns") < 2e9), log.info.pitch, settings, shipped_ratios("measured"))
+    assert {own.measured for own in few.values()} == {False}
+
+
 @pytest.mark.parametrize("kind", [kind for kind in Kind if kind != Kind.VSSS])
 def test_other_leagues(table, kind):
     """Robots of other leagues drive in another way: no rows."""
-    rows, evidence = options(table, PITCHES[kind], SETTINGS, shipped_ratios())
+    rows, evidence, _ = options(table, PITCHES[kind], SETTINGS, shipped_ratios())
     assert rows.is_empty()
     assert evidence.is_empty()
 

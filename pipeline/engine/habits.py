@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import polars as pl
 
@@ -24,6 +24,9 @@ from pitchlore.schemas import (
     Values,
     Worths,
 )
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.stages.options.robots import RobotTraits
 
 _DETAIL = "habits"
 
@@ -63,8 +66,8 @@ def what_was_done(
 
 def recovered_options(
     inputs: Inputs, settings: OptionSettings, teams: Collection[str] = SIDES
-) -> tuple[pl.DataFrame, pl.DataFrame]:
-    """Rows of schema Options and of schema Clues of a match.
+) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, RobotTraits]]:
+    """Rows of schema Options and of schema Clues of a match, and the robots of each side.
 
     Args:
         inputs: the match and its trajectories.
@@ -78,7 +81,7 @@ def recovered_options(
     told = settings.logged and (held.get("decisions") != 0 or "options" in held)
     log = inputs.log() if told else None
     return options(
-        inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(),
+        inputs.table("trajectories", Trajectories), inputs.pitch, settings, shipped_ratios(settings.robots),
         None if log is None else logged_options(log.decisions, log.options), teams)
 
 
@@ -143,7 +146,7 @@ def _of_newest(
         sides = mine.filter(match_id=held.name)["team"].cast(pl.String).to_list()
         if not sides:
             continue
-        options, table = recovered_options(inputs.of_match(held.name), settings, sides)
+        options, table, _ = recovered_options(inputs.of_match(held.name), settings, sides)
         clues.append(_of_team(table, options, mine))
         windows = sum(each.height for each in clues)
         if windows > at_most:  # of the newest match alone every so manyth

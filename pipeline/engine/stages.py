@@ -111,8 +111,10 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
 def _options(inputs: Inputs, settings: OptionSettings) -> Made:
     if not settings.recover:
         return Made([(Options.empty(), Options), (Clues.empty(), Clues)], details={"options": 0})
-    found, clues = recovered_options(inputs, settings)
-    return Made([(found, Options), (clues, Clues)], details={"options": found.height})
+    found, clues, robots = recovered_options(inputs, settings)
+    shown = {"robots": {side: own._asdict() for side, own in robots.items() if own.measured}}
+    return Made([(found, Options), (clues, Clues)], details={
+        "options": found.height, **(shown if settings.robots == "measured" else {})})
 
 
 def _sides(inputs: Inputs, settings: SideSettings) -> Made:

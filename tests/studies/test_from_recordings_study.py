@@ -72,14 +72,15 @@ def test_in_psim(tmp_path, monkeypatch):
     table = pl.read_csv(tmp_path / "psim.csv")
     assert table["team"].to_list() == [
         "itself", "itself", "copy, recorded in pSim", "copy, recorded in our arena", "copy, recorded in pSim, clues shuffled",
-        "copy, recorded in pSim, its robots known"]
-    assert table["demonstrator"].to_list() == ["other", *["best-constant"] * 5]
+        "copy, recorded in pSim, its robots known", "copy, recorded in pSim, its robots measured",
+        "copy, recorded in pSim, options known"]
+    assert table["demonstrator"].to_list() == ["other", *["best-constant"] * 7]
     assert table["difference"][:2].to_list() == [9.0, np.mean([
         study.ahead(study.Job(str(small.data), "best-constant", seed, away, False, 20.0)) for seed in (psim.FIRST_PLAYED, psim.FIRST_PLAYED + 1) for away in (False, True)])]
     found = recovered.main(small.data, tmp_path, count=2)
-    assert found.select("demonstrator", "recorded in", "executors drive", "options").n_unique() == found.height == 3 * 2
+    assert found.select("demonstrator", "recorded in", "executors drive", "options").n_unique() == found.height == 4 * 2
     told = found.filter(options="classes")["recovered"].to_list()
-    assert min(told[:2]) > told[2] + 0.2, "here all robots drive as ours"
+    assert min(*told[:2], told[3]) > told[2] + 0.2, "here all robots drive as ours"
     assert found["shuffled"].abs().max() < 0.1
 
 

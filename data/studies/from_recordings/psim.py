@@ -8,7 +8,11 @@ goals a match more than static. What was done is kept: a study that was stopped 
 
 Controls: the copy that ``study.py`` made of as many recordings from our arena; and a copy of those from pSim
 whose clues were dealt out anew. Options are recovered by executors that drive as our arena's robots do; one
-copy was told how pSim's drive (``ROBOTS``). Demonstrators, seeds, rows and the aim (that of ``study.py``:
+copy was told how pSim's drive (``ROBOTS``). Another measures that in recordings (``MEASURED``), with trees
+for clues that were fitted to arenas drawn at random (:mod:`options.drawn`): its settings and trees were fixed
+on ``looking-held-static-4302`` (seeds from 4,481,000 on), its aims, kappa .5 by classes in the first eight
+recordings and that of the study, before these were looked at and it was played. The ceiling is a copy that
+was told what was executed. Demonstrators, seeds, rows and the aim (that of ``study.py``:
 80 % of the team's lead, lower bound 60 %) were written down before a match was played there.
 """
 
@@ -21,7 +25,22 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from from_recordings.study import FOLDER, NAME, PPO, TEAMS, Job, Study, ahead, recorded, shuffled, write
+from from_recordings.executed import clone, executed
+from from_recordings.study import (
+    FOLDER,
+    LOGS_OPTIONS,
+    NAME,
+    PPO,
+    TABLES,
+    TEAMS,
+    Job,
+    Study,
+    ahead,
+    keep,
+    recorded,
+    shuffled,
+    write,
+)
 from harness import Parts, going_on, of_pairs
 from transfer.study import TheirArena
 
@@ -37,6 +56,8 @@ DEMONSTRATORS = (TEAMS[0], "best-constant", TEAMS[1], PPO, "pressing")
 RECORDED, PAIRS, FIRST_RECORDED, FIRST_PLAYED = 30, 10, 4_460_000, 4_470_000
 #: Robots as pSim drives them: 30 rad/s at wheels of 25 mm that are 75 mm apart, reached in a frame of ours.
 ROBOTS = OptionSettings(recover=True, wheel_speed=0.75, wheel_acceleration=45.0, axle=0.075)
+#: Robots as the recordings show them.
+MEASURED = OptionSettings(recover=True, robots="measured")
 
 
 @contextmanager
@@ -72,8 +93,15 @@ def learned(study: Study, team: str) -> Iterator[tuple[str, Path, str]]:
     yield "copy, recorded in our arena", *study.copy(team)
     dealt = study.data / "learned" / f"{team}-psim-shuffled"
     yield "copy, recorded in pSim, clues shuffled", *shuffled(Store(copied[0]), dealt)
-    told = plain.model_copy(update={"options": ROBOTS})
-    yield "copy, recorded in pSim, its robots known", *study.run(team, f"psim-told-{len(files)}", files, told)
+    for kind, name, options in (("known", "told", ROBOTS), ("measured", "measured", MEASURED)):
+        settings = plain.model_copy(update={"options": options})
+        yield (f"copy, recorded in pSim, its robots {kind}",
+               *study.run(team, f"psim-{name}-{len(files)}", files, settings))
+    if team in LOGS_OPTIONS:
+        root = study.data / "learned" / f"{team}-psim-done"
+        if not (root / "appraisals.parquet").exists():
+            keep(*clone(executed(Store(copied[0]), files)), root)
+        yield "copy, recorded in pSim, options known", root, TABLES
 
 
 def row(

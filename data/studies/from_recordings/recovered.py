@@ -3,7 +3,7 @@
 ``recovered.py DATA``, after ``study.py`` and ``psim.py``, takes the first eight recordings of each that DATA
 has, from our arena and from pSim, and writes ``recovered.csv``: Cohen's kappa between what was executed, each
 0.2 s, and what the table ``options`` says (:mod:`options.study`). In pSim options are recovered with our
-robots' limits, and with those of its own.
+robots' limits, with those of its own, and with robots as the recordings show them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import polars as pl
 from from_recordings.executed import decisions_beside
-from from_recordings.psim import ROBOTS
+from from_recordings.psim import MEASURED, ROBOTS
 from from_recordings.study import FOLDER, LOGS_OPTIONS
 from options.study import Seen, rows_of, seen
 
@@ -25,7 +25,7 @@ from pitchlore.pipeline.settings import OptionSettings
 #: name, and settings.
 MATCHES = 8
 WAYS = {("our arena", "as ours"): ("", OptionSettings()), ("pSim", "as ours"): ("-psim", OptionSettings()),
-        ("pSim", "as pSim's"): ("-psim", ROBOTS)}
+        ("pSim", "as pSim's"): ("-psim", ROBOTS), ("pSim", "as measured"): ("-psim", MEASURED)}
 #: Columns of :func:`options.study.rows_of` that the table has.
 SAID = ("options", "decisions", "recovered", "recognised", "shuffled")
 

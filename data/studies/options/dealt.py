@@ -6,14 +6,16 @@ nobody's team: it aims at nothing.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from harness import logged
+from harness import log_of
 
 from pitchlore.pipeline import matches
-from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables
+from pitchlore.pipeline.arena.match.controllers import LearnedTeam, PolicyTables, controllers_of
+from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.camera import CameraSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -21,6 +23,7 @@ from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64
 from pitchlore.pipeline.settings import OptionSettings, TrajectorySettings
+from pitchlore.pipeline.stages.options.robots import RobotTraits
 from pitchlore.pipeline.stages.options.windows import Bodies, OptionWindows, bodies, windows_of
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.schemas import ROLES, SIDES, Appraisals, Policies
@@ -72,8 +75,8 @@ def dealt(rng: np.random.Generator) -> LearnedTeam:
     return LearnedTeam(settings, PolicyTables(Policies.of(rows), Appraisals.empty()))
 
 
-def played(job: Job) -> MatchLog:
-    """A match of a dealt team against another, or against a script."""
+def played(job: Job, move: Callable[[MatchInPlay], None] = lambda _: None) -> MatchLog:
+    """A match of a dealt team against another, or against a script; ``move`` may let other bodies move."""
     rng = np.random.default_rng([job.seed, 43])
     home, away = dealt(rng), dealt(rng)
     policies = {str(team.settings.policy): team.tables for team in (home, away)}
@@ -81,7 +84,9 @@ def played(job: Job) -> MatchLog:
     recipe = Recipe(
         home=home.settings, away=other, seed=job.seed, camera=NOISY if job.noisy else CameraSettings(),
         referee=RefereeSettings(duration_s=job.seconds))
-    return thinned(matches.read(logged(recipe, policies), where=recipe.match_id), job.every)
+    match = MatchInPlay(recipe, controllers_of(recipe, policies))
+    move(match)
+    return thinned(matches.read(log_of(match), where=recipe.match_id), job.every)
 
 
 def thinned(log: MatchLog, every: int) -> MatchLog:
@@ -111,7 +116,7 @@ def executed(log: MatchLog, match: Bodies, own: OptionWindows, team: int) -> I64
     return found
 
 
-def known(log: MatchLog, settings: OptionSettings) -> list[Known]:
+def known(log: MatchLog, settings: OptionSettings, robots: RobotTraits | None = None) -> list[Known]:
     """The windows of teams that logged their decisions, in which they executed one option."""
     table, _ = trajectories(log, TrajectorySettings())
     match = bodies(table, settings.sample_s)
@@ -119,7 +124,7 @@ def known(log: MatchLog, settings: OptionSettings) -> list[Known]:
     for team in range(len(SIDES)):
         if log.decisions.filter(pl.col("team") == SIDES[team]).is_empty():
             continue
-        own = windows_of(match, team, log.info.pitch, settings)
+        own = windows_of(match, team, log.info.pitch, settings, robots)
         option = executed(log, match, own, team)
         keep = option >= 0
         kept = {name: getattr(own, name)[keep]
@@ -128,11 +133,19 @@ def known(log: MatchLog, settings: OptionSettings) -> list[Known]:
     return found
 
 
-def rows(job: Job) -> tuple[F32, F64]:
-    """Windows described with what was executed (1), and with OTHERS options each (0)."""
+def rows(
+    job: Job, move: Callable[[MatchInPlay], None] = lambda _: None, robots: RobotTraits | None = None
+) -> tuple[F32, F64]:  # fmt: skip
+    """Windows described with what was executed (1), and with OTHERS options each (0).
+
+    Args:
+        job: the match.
+        move: as for :func:`played`.
+        robots: robots that are described; None: those of our arena.
+    """
     rng = np.random.default_rng([job.seed, 44])
     features, labels = [], []
-    for own in known(played(job), OptionSettings()):
+    for own in known(played(job, move), OptionSettings(), robots):
         count = len(own.option)
         which = np.column_stack([own.option, rng.integers(len(OPTIONS), size=(count, OTHERS))])
         described = own.windows.features[np.arange(count)[:, None], which]

@@ -171,7 +171,7 @@ def minutes(path: Path, settings: OptionSettings) -> list[list[Part]]:
     """The minutes of a match, for each team."""
     log = read(path)
     table, match = _bodies(log)
-    _, clues = options(table, log.info.pitch, settings, shipped_ratios())
+    _, clues, _ = options(table, log.info.pitch, settings, shipped_ratios())
     minute = (match.t_ns - match.t_ns[0]) // _MINUTE_NS
     found: list[list[Part]] = [[], []]
     for team, side in enumerate(SIDES):

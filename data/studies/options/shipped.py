@@ -8,6 +8,7 @@ file changes, raise the version of the stage options; ``make golden`` says so.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from harness import ROOT, workers
 from options.dealt import Job, rows
 from sklearn.ensemble import HistGradientBoostingClassifier
 
+from pitchlore.pipeline.numbers.arrays import F32, F64
 from pitchlore.pipeline.numbers.trees import arrays_of
 from pitchlore.pipeline.stages.options.likelihood import ratios_to_bytes
 
@@ -22,12 +24,15 @@ MATCHES, SECONDS, _FIRST_SEED = 160, 120.0, 430_000
 _TREES, _LEAVES, _LEAF_SAMPLES = 60, 255, 100
 
 
-def main(path: Path, matches: int = MATCHES, seconds: float = SECONDS, trees: int = _TREES) -> None:
-    """Write the trees."""
-    jobs = [Job(_FIRST_SEED + i, noisy=i // 2 % 2 == 1, every=1 + i // 4 % 2, seconds=seconds)
+def main(
+    path: Path, matches: int = MATCHES, seconds: float = SECONDS, trees: int = _TREES,
+    first: int = _FIRST_SEED, described: Callable[[Job], tuple[F32, F64]] = rows,
+) -> None:  # fmt: skip
+    """Write the trees; ``first`` is the first match's seed, ``described`` plays and describes a match."""
+    jobs = [Job(first + i, noisy=i // 2 % 2 == 1, every=1 + i // 4 % 2, seconds=seconds)
             for i in range(matches)]
     with workers() as pool:
-        parts = list(pool.map(rows, jobs))
+        parts = list(pool.map(described, jobs))
     features, labels = (np.concatenate(each) for each in zip(*parts, strict=True))
     print(f"{len(labels):,} descriptions of {int(labels.sum()):,} windows")
     builder = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]

@@ -67,7 +67,8 @@ def seen(log: MatchLog, settings: OptionSettings = OptionSettings()) -> Seen:  #
         code=pl.col("behaviour_id").str.split("-").list.last().cast(pl.Int16),
     ).drop_nulls("code").sort("middle")
     found = [made["code"]]
-    for rows, code in ((options(table, log.info.pitch, settings, shipped_ratios())[0], "option"),
+    trees = shipped_ratios(settings.robots)
+    for rows, code in ((options(table, log.info.pitch, settings, trees)[0], "option"),
                        (recognise(table, log.info.pitch, SituationSettings()), "code")):
         spans = rows.select(
             pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int16), "start_ns", "end_ns",

@@ -16,13 +16,14 @@ import numpy as np
 
 from pitchlore.pipeline.numbers.trees import Trees
 
-_FILE = "shipped.npz"
+#: Trees by the setting ``robots``.
+_FILES = {"arena": "shipped.npz", "measured": "measured.npz"}
 
 
 @cache
-def shipped_ratios() -> Trees:
-    """The trees that come with the package."""
-    data = resources.files(__package__).joinpath(_FILE).read_bytes()
+def shipped_ratios(robots: str = "arena") -> Trees:
+    """The trees that come with the package, for the robots of the arena or for any that were measured."""
+    data = resources.files(__package__).joinpath(_FILES[robots]).read_bytes()
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return Trees(**{name: arrays[name] for name in Trees._fields})
 

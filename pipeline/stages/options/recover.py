@@ -21,6 +21,7 @@ from pitchlore.pipeline.numbers.arrays import F32, I8, I16, I64
 from pitchlore.pipeline.numbers.trees import Trees, logits
 from pitchlore.pipeline.settings import OptionSettings
 from pitchlore.pipeline.stages.options.habits import by_habits
+from pitchlore.pipeline.stages.options.robots import RobotTraits
 from pitchlore.pipeline.stages.options.windows import Bodies, OptionWindows, bodies, windows_of
 from pitchlore.schemas import ROLES, SIDES, Clues, Options
 from pitchlore.schemas.options import OPTIONS
@@ -36,7 +37,7 @@ _SIGHTS = {name: place for place, name in enumerate(SIGHT)}
 def options(
     trajectories: pl.DataFrame, pitch: Pitch, settings: OptionSettings, trees: Trees,
     logged: pl.DataFrame | None = None, teams: Collection[str] = SIDES,
-) -> tuple[pl.DataFrame, pl.DataFrame]:  # fmt: skip
+) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, RobotTraits]]:  # fmt: skip
     """Recover the options of a match's robots from their poses.
 
     Robots of other leagues than VSSS drive in another way than executors do: their matches have no rows.
@@ -45,16 +46,17 @@ def options(
         trajectories: rows of schema Trajectories of one match.
         pitch: pitch of the match.
         settings: windows, robots and habits.
-        trees: the ratios, :func:`pipeline.stages.options.likelihood.shipped_ratios`.
+        trees: the ratios of these settings, :func:`pipeline.stages.options.likelihood.shipped_ratios`.
         logged: options that teams logged themselves (:func:`logged_options`): only the column ``logged`` is
             from it.
         teams: the sides whose options are recovered.
 
     Returns:
-        Rows of schema Options and of schema Clues.
+        Rows of schema Options and of schema Clues; and the robots of each side, as they were assumed.
     """
+    robots = dict[str, RobotTraits]()
     if pitch.kind != Kind.VSSS or trajectories.is_empty():
-        return Options.empty(), Clues.empty()
+        return Options.empty(), Clues.empty(), robots
     match = bodies(trajectories, settings.sample_s)
     rows, clues = [Options.empty()], [Clues.empty()]
     for team, numbers in enumerate(match.numbers):
@@ -63,6 +65,7 @@ def options(
         own = windows_of(match, team, pitch, settings)
         if not len(own.first):
             continue
+        robots[SIDES[team]] = own.robots
         ratios = ratios_of(own.features, trees)
         shared = _columns(trajectories["match_id"][0], match, own, team)
         clues.append(shared.with_columns(
@@ -71,7 +74,7 @@ def options(
         known = _logged(shared, logged)
         both = numbers, match.numbers[1 - team]
         rows.append(_joined(known, own, ratios, both, team, pitch, settings))
-    return pl.concat(rows), pl.concat(clues)
+    return pl.concat(rows), pl.concat(clues), robots
 
 
 def ratios_of(features: F32, trees: Trees) -> F32:

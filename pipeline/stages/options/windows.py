@@ -17,6 +17,7 @@ from pitchlore.pipeline.numbers.arrays import F32, F64, I8, I64, Bools
 from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.pipeline.settings import OptionSettings
 from pitchlore.pipeline.stages.options.commands import commanded
+from pitchlore.pipeline.stages.options.robots import RobotTraits, of_axle, traits_of
 from pitchlore.pipeline.state.observation import see_from
 from pitchlore.schemas import BODIES, SIDES
 from pitchlore.schemas.options import OPTIONS
@@ -33,6 +34,10 @@ _SHARED = 3 * (PARTS + 1) + 2 + 4 * _NEAREST + 4 + 4 + 2
 #: mean commands, differences.
 _OWN = 2 * PARTS + 2 + 2 * PARTS
 FEATURES = _OWN + _SHARED
+#: Numbers that describe the robots, after all others: top speed, acceleration and axle.
+_ROBOTS = 3
+#: Top speed and acceleration that are described, at most, m/s and m/s².
+_TOP, _ACCELERATION = 1.2, 40.0
 #: A wall that is further than this is as far, metres.
 _FAR = 0.5
 #: Columns of a body in the table trajectories.
@@ -81,6 +86,7 @@ class OptionWindows(NamedTuple):
         features: float32 [W, A, F], see :func:`describe`.
         sight: float32 [W, 30], what the robot sees at the start (``schemas.sights.SIGHT``).
         aims: int8 [W, A], row of the robot that an option is done to, -1 without one.
+        robots: the robots that were described.
     """
 
     first: I64
@@ -90,6 +96,7 @@ class OptionWindows(NamedTuple):
     features: F32
     sight: F32
     aims: I8
+    robots: RobotTraits
 
 
 def bodies(trajectories: pl.DataFrame, sample_s: float) -> Bodies:
@@ -124,14 +131,17 @@ def bodies(trajectories: pl.DataFrame, sample_s: float) -> Bodies:
     return Bodies(t_ns[kept], segment[kept], places[kept], (home, away))
 
 
-def windows_of(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings) -> OptionWindows:
+def windows_of(
+    match: Bodies, team: int, pitch: Pitch, settings: OptionSettings, robots: RobotTraits | None = None
+) -> OptionWindows:  # fmt: skip
     """All windows of a team's robots in which they and the ball are seen.
 
     Args:
         match: bodies of the match.
         team: 0 home, 1 away.
         pitch: pitch of the match.
-        settings: length of windows, and what robots can do.
+        settings: length of windows, and what executors take robots for.
+        robots: the team's robots; None: those of the settings, or as the match shows them.
     """
     packed = Measures.of(
         pitch, top=settings.wheel_speed, axle=settings.axle, acceleration=settings.wheel_acceleration,
@@ -143,18 +153,24 @@ def windows_of(match: Bodies, team: int, pitch: Pitch, settings: OptionSettings)
     begins[at] = True
     views = views_of(match.places, team)
     told = commanded(views, begins, packed)
+    if robots is None:
+        robots = (traits_of(views, match.segment, match.frame_s, told, pitch, settings)
+                  if settings.robots == "measured" else RobotTraits.told(settings))
+    if robots.axle != settings.axle:
+        told = told._replace(rims=of_axle(told.rims, robots.axle / settings.axle))
     unseen = np.cumsum(np.isnan(told.rims[:, :, 0]), axis=0)
     lost = np.concatenate([np.zeros((1, unseen.shape[1]), dtype=unseen.dtype), unseen])
     first, robot = np.nonzero(lost[at + samples + 1] == lost[at])
     order = np.lexsort((first, robot))
     first, robot = at[first[order]], robot[order] + 1
-    features = np.full((len(first), len(OPTIONS), FEATURES), np.nan, dtype=np.float32)
+    features = np.full((len(first), len(OPTIONS), FEATURES + _ROBOTS), np.nan, dtype=np.float32)
     sight = np.full((len(first), len(SIGHT)), np.nan, dtype=np.float32)
     role = np.zeros(len(first), dtype=np.int64)
     _describe_all(
-        views, told.rims, told.wheels, robot, first, samples, match.noise, settings.wheel_acceleration,
-        packed, features, sight, role)
-    return OptionWindows(first, samples, robot, role, features, sight, told.aims[first, robot - 1])
+        views, told.rims, told.wheels, robot, first, samples, match.noise, robots, packed, features, sight,
+        role)
+    return OptionWindows(
+        first, samples, robot, role, features, sight, told.aims[first, robot - 1], robots)
 
 
 @njit(cache=True, nogil=True)
@@ -169,12 +185,12 @@ def views_of(places: F64, team: int) -> F64:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _describe_all(
     views: F64, rims: F64, wheels: F32, robot: I64, first: I64, samples: int, noise: float,
-    acceleration: float, packed: Records, features: F32, sight: F32, role: I64,
+    robots: RobotTraits, packed: Records, features: F32, sight: F32, role: I64,
 ) -> None:  # fmt: skip
     """Describe all windows; ``features``, ``sight`` and ``role`` are written."""
     roles = np.empty(views.shape[1] - 1, dtype=np.int64)
     for w in range(len(first)):
-        describe(views, rims, wheels, robot[w], first[w], samples, noise, acceleration, packed, features[w])
+        describe(views, rims, wheels, robot[w], first[w], samples, noise, robots, packed, features[w])
         see_from(views[first[w]], robot[w], packed[0].goal_x, sight[w])
         assign(views[first[w]], packed[0], roles)
         role[w] = roles[robot[w] - 1]
@@ -203,7 +219,7 @@ def starts(segment: I64, seen: Bools, samples: int) -> I64:
 @njit(cache=True, nogil=True, error_model="numpy")
 def describe(
     view: F64, rims: F64, wheels: F32, robot: int, first: int, samples: int, noise: float,
-    acceleration: float, packed: Records, out: F32,
+    robots: RobotTraits, packed: Records, out: F32,
 ) -> None:  # fmt: skip
     """Write the features of all options in a window.
 
@@ -217,9 +233,9 @@ def describe(
         first: first sample.
         samples: so many after it.
         noise: error of positions, metres.
-        acceleration: greatest change of a rim's speed, m/s².
+        robots: the team's robots.
         packed: ``Measures.packed()``.
-        out: float32 [A, FEATURES], written.
+        out: float32 [A, FEATURES + 3], written.
     """
     m = packed[0]
     shared = np.full(_SHARED, np.nan, dtype=np.float32)
@@ -245,29 +261,35 @@ def describe(
                 best, least = other, away
         if best > 0:
             body = view[first, best]
-            dx, dy = body[X] - here[X], body[Y] - here[Y]
+            dx, dy = _nearer(body[X] - here[X], body[Y] - here[Y], robots.robot)
             shared[place], shared[place + 1] = c * dx + s * dy, c * dy - s * dx
             shared[place + 2], shared[place + 3] = c * body[VX] + s * body[VY], c * body[VY] - s * body[VX]
         last = best
         place += 4
     ball = view[first, BALL]
-    dx, dy = ball[X] - here[X], ball[Y] - here[Y]
+    dx, dy = _nearer(ball[X] - here[X], ball[Y] - here[Y], robots.ball)
     shared[place], shared[place + 1] = c * dx + s * dy, c * dy - s * dx
     shared[place + 2], shared[place + 3] = c * ball[VX] + s * ball[VY], c * ball[VY] - s * ball[VX]
     place += 4
     for quarter in range(4):
         ux = c if quarter == 0 else (-c if quarter == 1 else (-s if quarter == 2 else s))
         uy = s if quarter == 0 else (-s if quarter == 1 else (c if quarter == 2 else -c))
-        shared[place] = min(_to_wall(here[X], ux, m.goal_x), _to_wall(here[Y], uy, m.half_width), _FAR)
+        off = min(_to_wall(here[X], ux, m.goal_x), _to_wall(here[Y], uy, m.half_width))
+        shared[place] = min(off - robots.wall, _FAR)
         place += 1
     shared[place], shared[place + 1] = m.frame_s, noise
-    change = acceleration * m.frame_s
+    change, top = robots.acceleration * m.frame_s, robots.top
     for option in range(wheels.shape[2]):
         left, right = rims[first, robot - 1, 0], rims[first, robot - 1, 1]
         mean, turn, part = 0.0, 0.0, 1
         for k in range(samples):
             told_left = wheels[first + k, robot - 1, option, 0]
             told_right = wheels[first + k, robot - 1, option, 1]
+            if robots.together:
+                most = max(abs(told_left), abs(told_right), top)
+                told_left, told_right = told_left * top / most, told_right * top / most
+            else:
+                told_left, told_right = min(max(told_left, -top), top), min(max(told_right, -top), top)
             left += min(max(told_left - left, -change), change)
             right += min(max(told_right - right, -change), change)
             mean += 0.5 * (told_left + told_right) / samples
@@ -275,13 +297,23 @@ def describe(
             if k + 1 == part * samples // PARTS:
                 at = 2 * (part - 1)
                 out[option, at], out[option, at + 1] = 0.5 * (left + right), 0.5 * (right - left)
-                off = 2 * PARTS + 2 + at
-                out[option, off] = out[option, at] - shared[3 * part]
-                out[option, off + 1] = out[option, at + 1] - shared[3 * part + 1]
+                apart = 2 * PARTS + 2 + at
+                out[option, apart] = out[option, at] - shared[3 * part]
+                out[option, apart + 1] = out[option, at + 1] - shared[3 * part + 1]
                 part += 1
         out[option, 2 * PARTS], out[option, 2 * PARTS + 1] = mean, turn
         for place in range(_SHARED):
             out[option, _OWN + place] = shared[place]
+        out[option, FEATURES] = min(top, _TOP)
+        out[option, FEATURES + 1] = min(robots.acceleration, _ACCELERATION)
+        out[option, FEATURES + 2] = robots.axle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _nearer(dx: float, dy: float, by: float) -> tuple[float, float]:
+    """A way that is shorter by so much, metres."""
+    keeps = max(1.0 - by / max(math.hypot(dx, dy), 1e-9), 0.0)
+    return dx * keeps, dy * keeps
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
