@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
+from pitchlore.pipeline.numbers.kernels import njit
 
 #: Wire types. Groups (3 and 4) are not used by these messages; they count as damage.
 VARINT, FIXED64, SPAN, FIXED32 = 0, 1, 2, 5
@@ -78,7 +78,7 @@ def fields(data: U8, start: I64, end: I64) -> tuple[Fields, Bools]:
         The fields, of a damaged message those before the damage; and which messages are damaged, bool [M].
     """
     assert not len(start) or (start.min() >= 0 and end.max() <= len(data)), "messages lie in the data"
-    data = data.view()
+    data, start, end = data.view(), np.asarray(start, np.int64), np.asarray(end, np.int64)  # [] has floats
     data.flags.writeable = False  # one kind of array, one compiled function
     damaged = np.zeros(len(start), np.bool_)
     found = np.empty((len(Fields._fields), _read(data, start, end, _NOWHERE, damaged)), np.int64)
