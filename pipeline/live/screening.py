@@ -54,6 +54,8 @@ class Screen:
         self._rates: dict[tuple[int, tuple[str, int]], _Rate] = {}
         self._senders: dict[tuple[int, object], tuple[tuple[str, int], int]] = {}
         self.refused: Counter[tuple[str, str]] = Counter()
+        # on a machine that never did it, it is compiled now, and no packet waits for that
+        fields(np.zeros(2, np.uint8), np.array([0]), np.array([2]))
 
     def sound(self, received: Sequence[Received]) -> list[Packet]:
         """The packets that are recorded, in the order given."""
