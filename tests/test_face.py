@@ -12,8 +12,7 @@ import pytest
 from conftest import ROOT, clip
 from docstring_parser import parse
 from football.skillcorner import FILES
-from support.football import NEEDS_KLOPPY
-from support.football import RECORDINGS as FOOTBALL
+from support.football import NEEDS_KLOPPY, SKILLCORNER
 from support.league import bring
 from support.outputs import written
 from support.sessions import once
@@ -308,7 +307,7 @@ def test_dataset_of_kloppy():
     """A dataset that kloppy has loaded is read as its files are."""
     from kloppy import skillcorner
 
-    files = [FILES / name for name in FOOTBALL["skillcorner"]]
+    files = [FILES / name for name in SKILLCORNER]
     ours = pitchlore.read(skillcorner.load(*(file.read_bytes() for file in files)))
     theirs = pitchlore.read(*files, provider="kloppy:skillcorner")
     assert ours.info["duration_s"] == theirs.info["duration_s"]

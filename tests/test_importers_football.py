@@ -16,17 +16,21 @@ import zstandard
 from football.skillcorner import FILES, MATCH, source_of
 from support import recordings
 from support.football import (
-    AWAY_9,
-    BALL,
+    DEAD,
     FRAMES,
-    HOME_7,
+    HALF,
     KINDS,
+    LENGTH,
     MADE,
     NEEDS_KLOPPY,
     NEEDS_KLOPPY_ALONE,
-    RECORDINGS,
+    PFF,
+    PLAYERS,
+    WIDTH,
+    ball,
     epts,
-    shipped,
+    files_of,
+    made,
 )
 from support.mcap_logs import written
 from support.recordings import assert_sound
@@ -48,31 +52,9 @@ from pitchlore.schemas import Matches
 S = 1_000_000_000
 
 
-def test_every_provider_has_a_recording() -> None:
-    """The table of providers and that of the tests name the same."""
-    assert list(RECORDINGS) == list(PROVIDERS)
-
-
-@NEEDS_KLOPPY
-@pytest.mark.parametrize("provider", RECORDINGS)
-def test_provider(provider: str) -> None:
-    """A recording of each provider is a sound match of people on its own pitch."""
-    match = shipped(provider)
-    assert_sound(match)
-    Matches.validate(matches.row(match))
-    assert match.info.pitch.kind is Kind.HUMAN
-    assert 95 <= match.info.pitch.length <= 110
-    assert 60 <= match.info.pitch.width <= 75
-    assert match.info.format == "kloppy"
-    assert (np.diff(match.frames.t_ns) > 0).all()
-    assert match.frames.counts().max() <= 22
-    assert matches.row(match)["duration_s"][0] < 3 * 3600
-    x = np.abs(match.frames.robots["x"])
-    assert np.nanmedian(x) < match.info.pitch.length / 2
-    again = matches.read(written(match), where="log")
-    assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
-    assert np.array_equal(again.heights.t_ns, match.heights.t_ns)
-    assert np.array_equal(again.heights.z, match.heights.z)
+def test_every_provider_is_made() -> None:
+    """The table of providers and the kinds that the tests make by code are the same."""
+    assert {"tracab", *(kind.provider for kind in MADE.values())} == set(PROVIDERS)
 
 
 @NEEDS_KLOPPY
@@ -147,21 +129,32 @@ def test_tracab(kind: str, left: str, teams: str, attacks: int | None, contradic
 
 
 @NEEDS_KLOPPY_ALONE
-@pytest.mark.parametrize("provider", MADE)
-def test_made(provider: str) -> None:
-    """One match in three kinds of files, made by code, is one: numbers, places and names, and what each kind tells beside them."""
-    make, score, tells = MADE[provider]
-    match = read(open_files([(f"part{place}", data) for place, data in enumerate(make())], provider))
-    assert (match.info.home, match.info.away, len(match.frames), match.info.pitch.kind) == ("Home", "Away", FRAMES, Kind.HUMAN)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MADE)
+def test_made(kind: str, call, tmp_path: Path) -> None:
+    """One match in all kinds of files, made by code, is one: numbers, places and names, and what each kind tells beside them."""
+    files, spec = files_of(kind, tmp_path), MADE[kind]
+    code, out, err = call("import", "--from", f"kloppy:{spec.provider}", *files, "--data", tmp_path / "data")
+    assert (code, spec.names in out) == (0, True), out + err
+    match = matches.read(next((tmp_path / "data").glob("matches/*.mcap")).read_bytes(), where="log")
+    assert_sound(match)
+    row = Matches.validate(matches.row(match)).row(0, named=True)
+    assert (f"{row['home']} - {row['away']}", match.info.pitch.kind, match.info.format) == (spec.names, Kind.HUMAN, "kloppy")
+    assert (match.info.pitch.length, match.info.pitch.width) == (LENGTH, WIDTH)
+    assert np.allclose(match.frames.t_ns / S, [n % HALF / spec.rate + spec.second_s * (n // HALF) for n in FRAMES])
     robots = match.frames.robots
-    for team, number, place in ((0, 7, HOME_7), (1, 9, AWAY_9)):
-        own = robots[robots["team"] == team]
+    for side, number, place in PLAYERS:
+        own = robots[robots["team"] == ("home", "away").index(side)]
         assert set(own["id"]) == {number}
-        assert np.allclose([own["x"], own["y"]], np.transpose([place(n) for n in range(FRAMES)]), atol=1e-3)
-    assert np.allclose([match.frames.ball["x"], match.frames.ball["y"]], np.transpose([BALL(n) for n in range(FRAMES)]), atol=1e-3)
-    row = matches.row(match)
-    assert (row["score_home"][0], row["score_away"][0]) == (score or (None, None))
-    assert [(period.home_attacks, not period.inferred) for period in match.info.periods] == [(1, tells)]
+        assert np.allclose([own["x"], own["y"]], np.transpose([place(n) for n in FRAMES]), atol=1e-3)
+    assert np.allclose([match.frames.ball["x"], match.frames.ball["y"]], np.transpose([ball(n) for n in FRAMES]), atol=1e-3)
+    assert match.heights.z.tolist() == [spec.height] * len(FRAMES) * (spec.height is not None)
+    assert (row["score_home"], row["score_away"]) == (spec.score or (None, None))
+    events = spec.states.split() + ["end"] * (spec.score is not None)
+    assert match.referee["event"].to_list() == events
+    stops = match.referee.filter(event="stop")["t_ns"].to_list()
+    assert stops[:1] == [DEAD * S // spec.rate][:len(stops)]
+    assert [(period.home_attacks, not period.inferred) for period in match.info.periods] == [(1, spec.attacks), (-1, spec.attacks)]
     assert not match.quality["note"].str.contains(r"map|\[units\]|add columns").any()  # which football's users cannot give
 
 
@@ -178,10 +171,10 @@ def test_score_of_epts(score: str, known: tuple[int, int] | None) -> None:
     assert matches.row(match).select("score_home", "score_away").row(0) == (known or (None, None))
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
 def test_axes_that_turn() -> None:
     """A dataset with fixed directions tells them; one whose axes turn with the ball's owner is refused."""
-    dataset = dataset_of(source_of("pff", RECORDINGS["pff"]))
+    dataset = dataset_of(made("pff"))
     fixed = match_of_dataset(dataset.transform(to_orientation="STATIC_AWAY_HOME"))
     assert {(period.home_attacks, period.inferred) for period in fixed.info.periods} == {(-1, False)}
     with pytest.raises(BadRecording, match="axes that turn with who has the ball"):
@@ -197,34 +190,19 @@ def test_more_goals_than_the_score(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "2 : 0 goals were found from the ball, but the provider's score is 0 : 0" in said
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
 @pytest.mark.parametrize("system", ["skillcorner", "kloppy", "tracab", "metrica", "sportec", "secondspectrum"])
 def test_coordinates(system: str) -> None:
     """The places do not depend on the coordinate system that a dataset is in; the match's id is of its positions."""
     from kloppy import skillcorner
 
-    meta, raw = ((FILES / name).read_bytes() for name in RECORDINGS["skillcorner"])
-    dataset = skillcorner.load(meta, raw, coordinates=system)
-    match, reported = match_of_dataset(dataset), shipped("skillcorner")
+    dataset = skillcorner.load(*MADE["skillcorner"].make(), coordinates=system)
+    match, reported = match_of_dataset(dataset), read(made("skillcorner"))
     assert match.info.match_id.startswith("1-")
     assert match_of_dataset(dataset).info.match_id == match.info.match_id
     for field in ("x", "y"):
         assert np.allclose(match.frames.robots[field], reported.frames.robots[field], atol=2e-3)
-        assert np.allclose(match.frames.ball[field], reported.frames.ball[field], atol=2e-3, equal_nan=True)
-    # by hand, from the file: the first player's first place
-    assert float(reported.frames.robots["x"][reported.frames.robots["team"] == 0].min()) >= -52.5
-
-
-@NEEDS_KLOPPY
-def test_places_are_those_of_the_file() -> None:
-    """Places in the match are the numbers in the provider's file."""
-    match = shipped("skillcorner")
-    lines = (FILES / RECORDINGS["skillcorner"][1]).read_text().splitlines()
-    seen = [line for line in map(json.loads, lines) if line["player_data"]]
-    first = sorted((round(p["x"], 3), round(p["y"], 3)) for p in seen[0]["player_data"])
-    robots = match.frames.robots[: match.frames.offsets[1]]
-    ours = sorted((round(float(x), 3), round(float(y), 3)) for x, y in zip(robots["x"], robots["y"], strict=True))
-    assert np.allclose(ours, first, atol=2e-3)
+        assert np.allclose(match.frames.ball[field], reported.frames.ball[field], atol=2e-3)
 
 
 def test_nameless_tracks_share_places() -> None:
@@ -243,30 +221,21 @@ def test_nameless_tracks_share_places() -> None:
 
 
 @NEEDS_KLOPPY
-def test_dead_ball_stops_play() -> None:
-    """Where the provider says that the ball is dead play is stopped; a half ends each period but the last."""
-    match = shipped("statsperform")
-    assert match.referee["event"].cast(pl.String).to_list() == ["stop", "play", "half", "play", "end"]
-    assert match.referee.select("score_home", "score_away").row(-1) == (2, 2)
-
-
-@NEEDS_KLOPPY
 def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
     """A ball above everybody's reach is nobody's: touches, possession and situations know its height."""
     from pitchlore.pipeline.settings import EventSettings, TrajectorySettings
     from pitchlore.pipeline.stages.events.derive import events
     from pitchlore.pipeline.stages.trajectories.derive import trajectories
 
-    match = shipped("pff")
+    match = read(source_of("pff", PFF))
     bodies, _ = trajectories(match, TrajectorySettings())
     found = events(bodies, match.referee, match.info.pitch, EventSettings())
     aloft = bodies.with_columns(z=pl.when(pl.col("team") == "ball").then(5.0))
     none = events(aloft, match.referee, match.info.pitch, EventSettings())
     assert len(found.possession)
     assert not len(none.possession)
-    names = RECORDINGS["pff"]
     receipt, new, _ = take_in(Store(tmp_path), Recording(
-        file=FILES / names[0], provider="pff", more=tuple(FILES / name for name in names[1:])))
+        file=FILES / PFF[0], provider="pff", more=tuple(FILES / name for name in PFF[1:])))
     assert new
     assert receipt.details["heights"] == len(match.heights.t_ns)
 
@@ -304,6 +273,15 @@ def test_nobody_says_whose(content: bytes) -> None:
         "match.json: is not a recording of a known format. If it is football data, say whose, as with --from kloppy:skillcorner. ")
 
 
+@NEEDS_KLOPPY_ALONE
+@pytest.mark.parametrize("more", [b"{}", b"<a/>"])
+def test_further_file_is_not_passed_over(more: bytes) -> None:
+    """Second Spectrum's further file, which kloppy goes on without if it is another's, is refused and not ignored."""
+    parts = MADE["secondspectrum-xml"].make()
+    with pytest.raises(BadRecording, match="the additional_meta_data beside it is not Second Spectrum's"):
+        dataset_of(open_files([(f"part{place}", data) for place, data in enumerate((*parts, more))], "secondspectrum"))
+
+
 def test_not_the_providers_files() -> None:
     """Files of another kind are refused with the library's reason in one line."""
     with pytest.raises(BadRecording, match="is not read by kloppy as TRACAB") as refused:
@@ -311,20 +289,17 @@ def test_not_the_providers_files() -> None:
     assert "\n" not in str(refused.value)
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
 @pytest.mark.slow
 def test_command(call, tmp_path) -> None:
-    """The command imports a provider's files as one match, and knows them again, isolated or not."""
-    files = [str(FILES / name) for name in RECORDINGS["pff"]]
-    words = ("import", "--from", "kloppy:pff", *files, "--data", tmp_path)
-    code, out, _ = call(*words, "--isolate")
-    assert code == 0
-    assert "Argentina - France" in out
+    """The command knows a provider's files again, isolated or not, and takes no map for them."""
+    files = files_of("pff", tmp_path)
+    words = ("import", "--from", "kloppy:pff", *files, "--data", tmp_path / "data")
+    assert call(*words, "--isolate")[0] == 0
     code, out, _ = call(*words)
     assert (code, out.splitlines()[0]) == (0, "0 imported, 1 already here, 0 not imported")
     code, _, err = call(*words, "--map", files[0])
-    assert code == 1
-    assert "--map" in err
+    assert (code, "--map" in err) == (1, True)
 
 
 # --- XML that means harm ----------------------------------------------------------------------------
@@ -393,18 +368,19 @@ def test_separators_are_no_expressions(inside, said):
         open_files(parts, "metrica-epts")
 
 
-@NEEDS_KLOPPY
-@pytest.mark.parametrize("provider", RECORDINGS)
-def test_markup_is_complete(provider, monkeypatch):
+@NEEDS_KLOPPY_ALONE
+@pytest.mark.parametrize("kind", [*MADE, "tracab"])
+def test_markup_is_complete(kind, monkeypatch):
     """All that reaches kloppy's XML parser was made safe: a stranger's file in another argument's place is not parsed."""
     from lxml import etree, objectify
 
     parsed, fromstring, iterparse = [], objectify.fromstring, etree.iterparse
     monkeypatch.setattr(objectify, "fromstring", lambda data, *a, **k: (parsed.append(data), fromstring(data, *a, **k))[1])
     monkeypatch.setattr(etree, "iterparse", lambda file, *a, **k: (parsed.append(file.getvalue()), iterparse(file, *a, **k))[1])
-    whole, spec = source_of(provider, RECORDINGS[provider]), PROVIDERS[provider]
+    whole = made(kind) if kind in MADE else open_files([("meta", tracab_meta("teams").encode()), ("raw.dat", TRACAB_RAW.encode())], kind)
+    spec = PROVIDERS[whole.provider]
     dataset_of(whole)
-    assert parsed or provider not in ("sportec", "metrica-epts", "secondspectrum"), "the parser that is looked at is kloppy's"
+    assert bool(parsed) == any(part.startswith(b"<") for part in whole.parts), "the parser that is looked at is kloppy's"
     for place, _ in enumerate(whole.parts):
         if place >= len(spec.files) or spec.files[place] not in spec.markup:
             with pytest.raises(BadRecording):
@@ -412,17 +388,17 @@ def test_markup_is_complete(provider, monkeypatch):
     assert all(data.startswith(b'<?xml version="1.0" encoding="UTF-8"?>') for data in parsed)
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
 def test_encodings_are_one_match():
     """The same XML in another encoding is read by kloppy as the same match, letter by letter."""
-    meta, raw = ((FILES / name).read_text() for name in RECORDINGS["sportec"])
+    meta, raw = (part.decode() for part in MADE["sportec"].make())
     again = open_files([("m", meta.replace("UTF-8", "utf-16").encode("utf-16")), ("r", raw.encode("utf-8-sig"))], "sportec")
-    match, whole = match_of_dataset(dataset_of(again), again), shipped("sportec")
+    match, whole = read(again), read(made("sportec"))
     assert match.frames.robots.tobytes() == whole.frames.robots.tobytes()
     assert match.info.settings == whole.info.settings
 
 
-@NEEDS_KLOPPY
+@NEEDS_KLOPPY_ALONE
 @pytest.mark.slow
 def test_stranger_reads_nothing(call, tmp_path):
     """A DTD that makes a secret a team's name, or names a pipe, is refused at once; kloppy alone prints the secret."""
@@ -431,7 +407,7 @@ def test_stranger_reads_nothing(call, tmp_path):
     (tmp_path / "secret").write_text("PASSWORD=hunter2")
     (tmp_path / "x.dtd").write_text(f"<!ENTITY % f SYSTEM '{tmp_path}/secret'><!ENTITY % g \"<!ENTITY x '%f;'>\">%g;")
     os.mkfifo(tmp_path / "pipe")
-    meta, raw = ((FILES / name).read_text() for name in RECORDINGS["sportec"])
+    meta, raw = (part.decode() for part in MADE["sportec"].make())
     for place, named in (("x.dtd", "meta"), ("pipe", "meta"), ("pipe", "raw")):
         texts = {"meta": meta, "raw": raw}
         texts[named] = texts[named].replace("?>", f'?><!DOCTYPE a [<!ENTITY % d SYSTEM "{tmp_path / place}">%d;]>', 1).replace(
@@ -459,10 +435,8 @@ def test_football_is_read_apart(tmp_path, monkeypatch):
         read_recording(recording)
 
 
-@NEEDS_KLOPPY
 def test_files_are_told_apart_by_content() -> None:
     """Other files are another match; the same ones under another name, or gzipped, are the same."""
-    whole = source_of("skillcorner", RECORDINGS["skillcorner"])
-    parts = [(f"{name}.gz", gzip.compress((FILES / name).read_bytes())) for name in RECORDINGS["skillcorner"]]
-    assert open_files(parts, "skillcorner").sha256 == whole.sha256
-    assert source_of("skillcorner", MATCH).sha256 != whole.sha256
+    parts = [(f"{place}.gz", gzip.compress(part)) for place, part in enumerate(MADE["skillcorner"].make())]
+    assert open_files(parts, "skillcorner").sha256 == made("skillcorner").sha256
+    assert open_files([*parts[:1], ("other", b"{}")], "skillcorner").sha256 != made("skillcorner").sha256

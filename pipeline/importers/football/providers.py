@@ -15,6 +15,7 @@ from pitchlore.pipeline.importers.football.markup import safe_epts, safe_xml, sa
 from pitchlore.pipeline.importers.packing import Octets
 from pitchlore.pipeline.importers.source import SourceFile, inflate, slug
 from pitchlore.pipeline.settings import ImportSettings
+from pitchlore.schemas import SIDES
 
 if TYPE_CHECKING:
     from kloppy.domain import TrackingDataset
@@ -146,7 +147,7 @@ def dataset_of(source: SourceFile) -> TrackingDataset:
 
     Raises:
         NotFound: if kloppy is not installed.
-        BadRecording: if kloppy cannot read them, or finds no sample in them.
+        BadRecording: if kloppy cannot read them, finds no sample in them, or goes on without the last one.
     """
     assert source.provider is not None
     provider = PROVIDERS[source.provider]
@@ -174,4 +175,10 @@ def dataset_of(source: SourceFile) -> TrackingDataset:
         ) from error
     if not dataset.records:
         raise BadRecording("has no sample", where=source.name, next_step="Give the files of a played match")
+    # kloppy goes on without further metadata that it cannot read, and the teams keep the names of their sides
+    if len(source.parts) > count and provider.more and dataset.metadata.teams[0].team_id == SIDES[0]:
+        raise BadRecording(
+            f"the {provider.more} beside it is not {provider.title}'s, or has no teams", where=source.name,
+            next_step=f"Give its files in this order, or leave the last one out: {provider.usage()}",
+        )
     return dataset
