@@ -13,7 +13,7 @@ from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.stages.behaviours.grams import cover
 from pitchlore.pipeline.stages.decisions import complete, disjoint_instances, observed_decisions
 from pitchlore.pipeline.stages.sequences.derive import choices, sequences
-from pitchlore.pipeline.stages.sequences.windows import followed
+from pitchlore.pipeline.stages.sequences.follows import followed
 from pitchlore.pipeline.state import elements, encode
 from pitchlore.schemas import Decisions, Goals, Sequences
 

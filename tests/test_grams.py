@@ -13,9 +13,9 @@ from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.stages.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.stages.sequences.derive import value
+from pitchlore.pipeline.stages.sequences.follows import followed
 from pitchlore.pipeline.stages.sequences.windows import (
     codes_of,
-    followed,
     keys_of,
     owner_of,
     role_of,

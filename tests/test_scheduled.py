@@ -110,7 +110,7 @@ def test_training_states(tmp_path, copied, capsys):
     """A training says in one line and in its state what it did; without knowledge it has failed."""
     from pitchlore.flows.scheduled import scheduled_training
 
-    longer = Settings(policies=PolicySettings(sweeps=2))
+    longer = Settings(policies=PolicySettings(learner="sarsa", sweeps=2))
     states = [scheduled_training(tmp_path / "empty", return_state=True), scheduled_training(copied, return_state=True),
               scheduled_training(copied, longer, return_state=True)]
     assert [(state.type.value, state.name) for state in states] == [

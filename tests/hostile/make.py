@@ -267,8 +267,8 @@ HOSTILE = (
     Hostile("brackets.rcg", lambda: b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n", "has no whole show line"),
     Hostile("bomb.csv.zst", lambda: zstandard.compress(_HEADER + bytes(512 << 20)), "unpacks to more than", megabytes=150),
     # gzip in gzip: one layer is unpacked
-    Hostile("twice.csv.gz", lambda: gzip.compress(gzip.compress(bytes(512 << 20))), "not a recording of a known format", megabytes=50),
-    Hostile("archive.zip", archive, "not a recording of a known format", megabytes=50),
+    Hostile("twice.csv.gz", lambda: gzip.compress(gzip.compress(bytes(512 << 20))), "is packed twice. Unpack it once", megabytes=50),
+    Hostile("archive.zip", archive, "is a zip archive. Unpack it", megabytes=50),
     Hostile("pickle.parquet", pickle_in_a_type),
     Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(128 << 20), compresslevel=9), "unpacks to more than", megabytes=100),
     Hostile("deep.csv", lambda: DERBY, "is nested too deeply", mapping="a = " + "[\n" * 100_000 + "]\n" * 100_000),

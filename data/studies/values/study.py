@@ -37,7 +37,8 @@ from pitchlore.pipeline.stages.behaviours.grams import grams, merge, spelt
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
 from pitchlore.pipeline.stages.goals import attribute
 from pitchlore.pipeline.stages.sequences.derive import value
-from pitchlore.pipeline.stages.sequences.windows import codes_of, followed, keys_of, role_of
+from pitchlore.pipeline.stages.sequences.follows import followed
+from pitchlore.pipeline.stages.sequences.windows import codes_of, keys_of, role_of
 from pitchlore.pipeline.stages.situations.recognise import recognise
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.stages.values import models

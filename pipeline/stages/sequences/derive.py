@@ -9,7 +9,7 @@ from pitchlore.pipeline.game.episodes import episodes
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.numbers.sums import exact
 from pitchlore.pipeline.settings import GramSettings
-from pitchlore.pipeline.stages.sequences.windows import followed
+from pitchlore.pipeline.stages.sequences.follows import followed
 from pitchlore.pipeline.state import elements, encode
 from pitchlore.schemas import SIDES, Sequences
 

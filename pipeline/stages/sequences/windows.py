@@ -1,10 +1,10 @@
 """Runs of consecutive situations of one robot, and the instances of patterns in them.
 
 A sequence is a table of situations with the columns role, code and ``follows``: whether a row follows the one
-before without a break (:func:`followed`). With a column ``who``, an integer from 0, rows and patterns of
-several owners (sides, teams) are distinguished. A run never crosses robots, segments, holes, or a situation
-that is already used up (paper section 3.2.2: "It can not be formed groups of situations separated by some
-other situation").
+before without a break (:mod:`pipeline.stages.sequences.follows`). With a column ``who``, an integer from 0,
+rows and patterns of several owners (sides, teams) are distinguished. A run never crosses robots, segments,
+holes, or a situation that is already used up (paper section 3.2.2: "It can not be formed groups of situations
+separated by some other situation").
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import I16, I64, Bools
 from pitchlore.pipeline.numbers.kernels import njit
 from pitchlore.schemas import ROLES
@@ -93,35 +92,6 @@ def codes_of(key: I64, n: int) -> I16:
     packed = key & _CODES_MASK
     shifts = _CODE_BITS * np.arange(n - 1, -1, -1)
     return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
-
-
-def followed(situations: pl.DataFrame, gap_s: float) -> pl.DataFrame:
-    """Add the column ``follows``: whether a situation follows the one of the row before without a break.
-
-    Then both have the same robot and segment, and lie less than ``gap_s`` seconds apart.
-
-    Args:
-        situations: rows of schema Situations of one match, in the schema's order.
-        gap_s: two situations at least so far apart are not consecutive, seconds.
-
-    Raises:
-        SchemaMismatch: if situations of one robot overlap or are not in order of time.
-    """
-    same = np.ones(max(situations.height - 1, 0), dtype=np.bool_)
-    for name in ("team", "robot"):
-        column = situations[name].to_physical().to_numpy()
-        same &= column[1:] == column[:-1]
-    gap = situations["start_ns"].to_numpy()[1:] - situations["end_ns"].to_numpy()[:-1]
-    if (same & (gap < 0)).any():
-        raise SchemaMismatch(
-            "situations of one robot overlap or are out of order",
-            where=f"situations, row {int(np.flatnonzero(same & (gap < 0))[0]) + 1}",
-            next_step="Recognise them again",
-        )
-    segment = situations["segment"].to_numpy()
-    linked: Bools = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
-    follows = np.concatenate((np.zeros(min(situations.height, 1), dtype=np.bool_), linked))
-    return situations.with_columns(pl.Series("follows", follows, dtype=pl.Boolean))
 
 
 def windows(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> Windows:

@@ -36,7 +36,7 @@ import polars as pl
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.numbers.arrays import F64, I64, U8, Bools
-from pitchlore.pipeline.stages.sequences.windows import followed
+from pitchlore.pipeline.stages.sequences.follows import followed
 
 #: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
 SEEN, SUSPECT, HEADED = 1, 2, 4
