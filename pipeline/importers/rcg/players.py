@@ -46,7 +46,8 @@ def players_of(record: ParsedLines) -> Players:
     """The players of a log's show lines."""
     counts = np.array([len(players) for players in record.players], dtype=np.int64)
     fields = list(zip(*chain.from_iterable(record.players), strict=True)) or [()] * 8
-    state = np.array([int(text, 16 if b"x" in text else 10) for text in fields[2]], dtype=np.int64)
+    states = {text: int(text, 16 if b"x" in text else 10) for text in {*fields[2]}}
+    state = np.array([states[text] for text in fields[2]], dtype=np.int64)
     return Players(
         line=np.repeat(np.arange(len(counts), dtype=np.int64), counts),
         right=np.array(fields[0], dtype="S1") == b"r",

@@ -19,8 +19,9 @@ from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog, Period
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import I64
 
-#: The begin of a log after the end of a line, which is found fast: its version, and the array of one in JSON.
-_BEGIN = re.compile(rb"\n(?:ULG([4-9])\b[^\n]*|JSON\b[^\n]*|\[)")
+#: The begin of a log, its version or the array of one in JSON; and after a line's end, which is found fast.
+_BEGIN = rb"(?:ULG([4-9])\b[^\n]*|JSON\b[^\n]*|\[)"
+_FIRST, _NEXT = re.compile(_BEGIN), re.compile(rb"\n" + _BEGIN)
 _JSON = re.compile(
     rb'(?:(?:ULG6|JSON)\s+)?\[\s*\{\s*"(?:version|type)"\s*:\s*"(?:header"|[\w.-]{1,40}"\s*\})')
 
@@ -55,7 +56,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         raise BadRecording(f"has no match number {source.number}: it has {len(logs)}", where=name,
                            next_step="Ask for one that it has")
     version, text = logs[source.number - 1]
-    last, in_json = source.number == len(logs), text.lstrip().startswith((b"[", b"{"))
+    last, in_json = source.number == len(logs), re.match(rb"\s*[\[{]", text) is not None
     record = scan_lines(text_lines(text, name).encode() if in_json else text)
     if not record.numbers:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
@@ -98,13 +99,14 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 def _logs(content: bytes) -> list[tuple[int, bytes]]:
     """Version and lines of each log with a show line; all if none has one."""
-    begins = list(_BEGIN.finditer(b"\n" + content))
-    if not begins or begins[0].start():
+    first = _FIRST.match(content)
+    if first is None:
         return []
+    begins = [(0, first), *((begin.start() + 1, begin) for begin in _NEXT.finditer(content))]
     logs: list[tuple[int, bytes]] = []
-    for i, begin in enumerate(begins):
-        end = begins[i + 1].start() if i + 1 < len(begins) else len(content)
-        text = content[begin.start() if begin[0] == b"\n[" else begin.end() - 1:end]
+    for i, (at, begin) in enumerate(begins):
+        end = begins[i + 1][0] if i + 1 < len(begins) else len(content)
+        text = content[at if content[at:at + 1] == b"[" else begin.end():end]
         if not text.strip() and i + 1 < len(begins):
             continue  # the head of a log in JSON, whose array follows
         logs.append((int(begin[1] or 0), text))

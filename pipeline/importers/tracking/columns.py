@@ -159,6 +159,9 @@ def _reals(column: pl.Series, name: str) -> pl.Series:
     """Column as Float64; text that is not a number becomes NaN."""
     if column.dtype != pl.String:
         return column.cast(pl.Float64)
+    numbers = column.cast(pl.Float64, strict=False)
+    if numbers.null_count() == column.null_count():
+        return numbers
     given = column.set(column.is_in(_ABSENT), None)
     numbers = given.str.replace(_DECIMAL_COMMA, "$1.$2").cast(pl.Float64, strict=False)
     wrong = given.is_not_null() & numbers.is_null()

@@ -256,6 +256,12 @@ def _arrange(table: pl.DataFrame) -> _Rows:
     If a body has two rows of one frame number and time, the frame was recorded twice. If the file is
     sorted by body, its frames are put in order of time.
     """
+    frame, first = _stretches(table)
+    body = table["side"].to_numpy() << 16 | table["id"].to_numpy()
+    told = np.sort(frame << 18 | body)
+    # frame after frame, as most files are, and no body twice in one
+    if not (told[1:] == told[:-1]).any() and table.select("frame", "t_ns")[first].is_unique().all():
+        return _Rows(table, frame, first, table["side"].to_numpy())
     key = ["frame", "t_ns"]
     table = table.with_columns(again=pl.int_range(pl.len()).over([*key, "side", "id"]))
     key.append("again")
@@ -263,12 +269,17 @@ def _arrange(table: pl.DataFrame) -> _Rows:
     table = table.with_columns(lead=pl.col("row").first().over(key))
     frames = table["lead"].n_unique()
     runs = int((table["lead"].diff() != 0).sum()) + 1
-    by = ["t_ns", "frame", "again", "row"] if runs > _BY_BODY * frames else ["lead", "row"]
-    table = table.sort(by)
-    lead = table["lead"].to_numpy()
-    first = np.flatnonzero(np.diff(lead, prepend=-1))
-    frame = np.repeat(np.arange(len(first), dtype=np.int64), np.diff(first, append=len(lead)))
-    return _Rows(table, frame, first.astype(np.int64), table["side"].to_numpy())
+    table = table.sort(["t_ns", "frame", "again", "row"] if runs > _BY_BODY * frames else ["lead", "row"])
+    frame, first = _stretches(table, "lead")
+    return _Rows(table.drop("again", "row", "lead"), frame, first, table["side"].to_numpy())
+
+
+def _stretches(table: pl.DataFrame, *key: str) -> tuple[I64, I64]:
+    """Number of each row's stretch of rows that are alike in columns, and the first row of each stretch."""
+    columns = [table[name].to_numpy() for name in key or ("frame", "t_ns")]
+    anew = np.any([np.diff(column) != 0 for column in columns], axis=0)
+    first = np.concatenate([[0], np.flatnonzero(anew) + 1]).astype(np.int64)
+    return np.repeat(np.arange(len(first), dtype=np.int64), np.diff(first, append=len(table))), first
 
 
 def _in_rising_time(rows: _Rows) -> tuple[_Rows, list[Flaw]]:
@@ -281,11 +292,11 @@ def _in_rising_time(rows: _Rows) -> tuple[_Rows, list[Flaw]]:
         return rows, []
     score = rows.column("score_home")[rows.first] + rows.column("score_away")[rows.first]
     if bool(np.all(np.diff(number) > 0)) or score[-1] > score[0]:
-        table = rows.table.with_columns(t_ns=int(t_ns.max()) - pl.col("t_ns")).drop("again", "row", "lead")
+        table = rows.table.with_columns(t_ns=int(t_ns.max()) - pl.col("t_ns"))
         return _arrange(table), [Flaw("assumed", "t counts down: times are those since its start", len(t_ns))]
     note = "the table is in falling order of time: turned round; if t counts down, write the time since then"
     flaw = Flaw("reordered frame", note, len(t_ns), int(t_ns[-1]), int(t_ns[0]) + 1)
-    return _arrange(rows.table.sort("t_ns", maintain_order=True).drop("again", "row", "lead")), [flaw]
+    return _arrange(rows.table.sort("t_ns", maintain_order=True)), [flaw]
 
 
 def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch, *, corner: bool) -> _Rows:

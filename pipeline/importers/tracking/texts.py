@@ -44,7 +44,8 @@ def as_utf8(data: bytes) -> Text:
     utf8, head = text.utf8, text.utf8[:_HEAD]
     if b"\r" in head and b"\n" not in head:
         utf8 = utf8.replace(b"\r", b"\n")
-    utf8 = utf8.replace("−".encode(), b"-")
+    if b"\xe2" in utf8:  # as "−" begins, and one byte is found fast
+        utf8 = utf8.replace("−".encode(), b"-")
     begin = _BEFORE.match(utf8[:_HEAD])
     return Text(utf8[begin.end():] if begin and begin.end() else utf8, text.note)
 
