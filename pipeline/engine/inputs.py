@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 #: Tables by the SHA-256 of their files.
 Seen = dict[str, pl.DataFrame]
 
-#: Files that are read together, bytes.
-_TOGETHER = 8 << 20
-
 
 class Held(Protocol):
     """An output that others are made from. A receipt is one."""
@@ -160,15 +157,7 @@ class StoreInputs(Inputs):
 
     def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""
-        batch, size = list[Receipt](), 0
-        for receipt in self[noun]:
-            if schema.NAME in receipt.files:
-                batch.append(receipt)
-                size += receipt.files[schema.NAME].size
-            if size > _TOGETHER:
-                yield self._store.read_tables(batch, schema.NAME, schema)
-                batch, size = [], 0
-        yield self._store.read_tables(batch, schema.NAME, schema)
+        return self._store.batches(self[noun], schema.NAME, schema)
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """As for the protocol."""

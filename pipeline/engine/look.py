@@ -86,27 +86,27 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
         join: whether matches that are complete are closed.
     """
     there = [] if store.mirror is not None else list(parts.closed_parts(store))
-    refused = {record.name for record in store.quarantined()}
-    kept = _untouched(known, there, records, refused)
-    closed = {match for part in kept for match in part.matches}
+    out, nouns = {(record.noun, record.name) for record in store.quarantined()}, STAGES.nouns(Per.MATCH)
+    refused = {name for _, name in out}
+    kept = {part.name: part for part in _untouched(known, there, records, refused, nouns)}
+    closed = {match for part in kept.values() for match in part.matches}
     receipts = receipts_of(store, closed)
     whole, damaged = _whole_and_damaged(store, receipts, known)
-    table_of = _tables(store, receipts, closed)
+    table_of = _tables(out, receipts, closed)
     sources = _sources(whole, table_of, refused | {file.receipt.name for file in damaged})
-    names = {part.name for part in kept}
-    files = {path: file for path, file in known.items() if file.part in names}
+    files = {path: file for path, file in known.items() if file.part in kept}
     part_of: dict[str, str] = {}
-    others = _standing(store, [part for part in there if part not in kept], sources, known, join=join)
+    others = _standing(store, [part for part in there if part.name not in kept], sources, known, join=join)
     if join:
-        parts.remove_unnamed(store, [*kept, *others])
+        parts.remove_unnamed(store, [*kept.values(), *others])
     for each in others:
         part_of |= dict.fromkeys(each.matches, each.name)
         files |= _listed(store, each)
     for file in whole:
-        part = part_of.get(file.receipt.name, "") if file.receipt.noun in STAGES.nouns(Per.MATCH) else ""
+        part = part_of.get(file.receipt.name, "") if file.receipt.noun in nouns else ""
         files[file.path] = Listed("" if part else table_of(file), file.seen, part)
     if not damaged and not any(store.unreadable(noun, closed) for noun in STAGES):
-        files |= {path: Listed(RECORD, seen, part_of.get(_match_of(path), ""))
+        files |= {path: Listed(RECORD, seen, part_of.get(_match_of(path, nouns), ""))
                   for path, seen in records.items() if path not in files}
     return Look(files, damaged)
 
@@ -181,22 +181,23 @@ def _looked_path(store: Store) -> Path:
 
 
 def _untouched(
-    known: Listing, there: Iterable[ClosedPart], records: Mapping[str, Glance], refused: Collection[str]
+    known: Listing, there: Iterable[ClosedPart], records: Mapping[str, Glance], refused: Collection[str],
+    nouns: Collection[str],
 ) -> list[ClosedPart]:
     """The parts of which the catalogue has every file as it is, and no other file is there."""
     of_match = {match: part.name for part in there for match in part.matches}
     touched = {of_match[match] for match in refused if match in of_match}
-    touched |= {of_match.get(_match_of(path), "") for path in records.keys() - known.keys()}
+    touched |= {of_match.get(_match_of(path, nouns), "") for path in records.keys() - known.keys()}
     touched |= {file.part for path, file in known.items() if file.part
                 and (records.get(path) if file.table == RECORD else glance(path)) != file.seen}
     listed_parts = {file.part for file in known.values() if file.table == RECORD}
     return [part for part in there if part.name in listed_parts - touched]
 
 
-def _match_of(path: str) -> str:
-    """The match of a receipt, if it is that of a match's output; some other name if it is not."""
+def _match_of(path: str, nouns: Collection[str]) -> str:
+    """The match of a receipt, if it is that of an output of a match, whose nouns are these; else ""."""
     folder, _, name = path.rpartition("/")
-    return name.removesuffix(RECEIPT) if folder.rpartition("/")[2] in STAGES.nouns(Per.MATCH) else ""
+    return name.removesuffix(RECEIPT) if folder.rpartition("/")[2] in nouns else ""
 
 
 def _whole_and_damaged(
@@ -211,21 +212,26 @@ def _whole_and_damaged(
         for record in receipt.files.values():
             path = f"{resolved}/{record.path}"
             seen = glance(path)
-            trusted = seen is not None and path in known and known[path].seen == seen
-            whole = trusted or store.whole(record, folder)
+            whole = _is_whole(store, record, folder, known.get(path), seen)
             found[0 if whole else 1].append(Vouched(receipt, path, record, seen))
     store.suspect = frozenset(store.folder(file.receipt) / file.record.path for file in found[1])
     return found
 
 
-def _tables(store: Store, receipts: Iterable[Receipt], closed: Collection[str]) -> Callable[[Vouched], str]:
+def _is_whole(store: Store, record: FileRecord, folder: Path, known: Listed | None, seen: Glance) -> bool:
+    """True if a file is as the catalogue has it, or byte for byte what was written."""
+    return (known is not None and seen is not None and known.seen == seen) or store.whole(record, folder)
+
+
+def _tables(
+    out: Collection[tuple[str, str]], receipts: Iterable[Receipt], closed: Collection[str]
+) -> Callable[[Vouched], str]:
     """The table whose view reads a file, "" for none.
 
     A removed match has no rows. A match or group in quarantine has no rows of the stage that refused it or of
     later stages: such rows would come from other settings than those of the other matches.
     """
     names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
-    out = {(record.noun, record.name) for record in store.quarantined()}
     there = {receipt.name for receipt in receipts if receipt.noun == "matches"}.union(closed)
     standing: dict[str, set[str]] = {}
     refused: dict[str, set[str]] = {}
@@ -270,9 +276,10 @@ def _standing(
     join: bool,
 ) -> list[ClosedPart]:
     """The parts that stand, by the files that are there. The others are dropped; new ones may be made."""
-    found = []
+    found, root = list[ClosedPart](), store.root.resolve()
     for part in there:
-        whole = (_as_joined(store, record, known) for record in part.files.values())
+        joined = ((record, f"{root}/{record.path}") for record in part.files.values())
+        whole = (_is_whole(store, record, root, known.get(path), glance(path)) for record, path in joined)
         if parts.is_current(part, sources) and all(whole):
             found.append(part)
         else:
@@ -288,14 +295,6 @@ def _standing(
         except StorageFailed as error:  # questions take longer without
             _log.warning("Matches could not be joined: %s", error)
     return found
-
-
-def _as_joined(store: Store, record: FileRecord, known: Listing) -> bool:
-    """True if a joined file is whole."""
-    path = f"{store.root.resolve()}/{record.path}"
-    seen = glance(path)
-    trusted = seen is not None and path in known and known[path].seen == seen
-    return trusted or store.whole(record, store.root)
 
 
 def _listed(store: Store, part: ClosedPart) -> Listing:

@@ -31,8 +31,6 @@ MATCHES = 256
 FOLDER = "closed"
 #: How the names of their indexes end.
 INDEX = ".part.json"
-#: Bytes of the matches' files that are joined at once: this bounds memory.
-_TOGETHER = 8 << 20
 
 
 class Source(NamedTuple):
@@ -144,8 +142,7 @@ def _joined(store: Reading, schema: type[Table], sources: Sequence[Source]) -> F
     rows = 0
     with store.aside(store.root / path) as temporary:
         writer: pyarrow.parquet.ParquetWriter | None = None
-        for batch in _batches(sources):
-            frame = store.read_tables([each.receipt for each in batch], schema.NAME, schema)
+        for frame in store.batches((source.receipt for source in sources), schema.NAME, schema):
             table = frame.to_arrow().replace_schema_metadata({SCHEMA_KEY: schema.tag()})
             if writer is None:
                 writer = pyarrow.parquet.ParquetWriter(temporary, table.schema, **written_as(frame.schema))
@@ -156,15 +153,3 @@ def _joined(store: Reading, schema: type[Table], sources: Sequence[Source]) -> F
         size, sha256 = temporary.stat().st_size, digest_of_file(temporary)
     count_written(size)
     return FileRecord(path=path, sha256=sha256, size=size, table=schema.tag(), rows=rows)
-
-
-def _batches(sources: Sequence[Source]) -> Iterator[list[Source]]:
-    batch, size = list[Source](), 0
-    for source in sources:
-        batch.append(source)
-        size += source.record.size
-        if size > _TOGETHER:
-            yield batch
-            batch, size = [], 0
-    if batch:
-        yield batch

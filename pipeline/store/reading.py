@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import polars as pl
@@ -15,6 +15,9 @@ from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
 from pitchlore.pipeline.store.tables import from_parquet, joined
 from pitchlore.schemas import Table
+
+#: Bytes of files that are read together: this bounds memory.
+_TOGETHER = 8 << 20
 
 
 def remedy_for(receipt: Receipt) -> str:
@@ -88,6 +91,18 @@ class Reading(Files):
         data = [self.read(receipt, role) for receipt in receipts]
         where = [str(self.folder(receipt) / receipt.files[role].path) for receipt in receipts]
         return joined(data, schema, where=where)
+
+    def batches(self, receipts: Iterable[Receipt], role: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """The tables of the outputs that have one, many joined in each, at least one; errors as above."""
+        batch, size = list[Receipt](), 0
+        for receipt in receipts:
+            if role in receipt.files:
+                batch.append(receipt)
+                size += receipt.files[role].size
+            if size > _TOGETHER:
+                yield self.read_tables(batch, role, schema)
+                batch, size = [], 0
+        yield self.read_tables(batch, role, schema)
 
     def bring(self, receipts: Iterable[Receipt], roles: Collection[str]) -> None:
         """Bring files that the copy of a bucket lacks, many at a time; what is damaged is left.

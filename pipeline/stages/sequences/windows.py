@@ -129,11 +129,6 @@ def _runs(code: I16, role: I64, follows: Bools, used: Bools, n: int) -> tuple[I6
     return first[:count].copy(), key[:count].copy()
 
 
-def mark(first: I64, n: int, taken: Bools) -> None:
-    """Set ``taken`` [S] in place for the ``n`` situations of each run that starts at ``first``."""
-    taken[first[:, None] + np.arange(n)] = True
-
-
 def instances(
     sequence: pl.DataFrame, patterns: pl.DataFrame, taken: Bools | None = None
 ) -> Iterator[Instances]:
@@ -162,5 +157,5 @@ def instances(
         runs = windows(sequence, n, taken)
         at = np.minimum(np.searchsorted(key, runs.key), len(rows) - 1)
         found = key[at] == runs.key
-        mark(runs.first[found], n, taken)
+        taken[runs.first[found][:, None] + np.arange(n)] = True
         yield Instances(n, runs.first[found], runs.key[found], rows[at[found]])
