@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from pitchlore.flows.commands.printing import warn
 from pitchlore.pipeline.engine.folder import existing
 from pitchlore.pipeline.settings import RunSettings, parse_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
-from pitchlore.pipeline.store.paths import check_root
+from pitchlore.pipeline.store.paths import check_root, named_path
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.face.league import League
 
+
+def _path(_type: object, words: Sequence[Token]) -> Path:
+    return named_path(words[0].value)
+
+
+#: A path that the user names (:func:`pipeline.store.paths.named_path`): the type of all of the command line.
+UserPath = Annotated[Path, Parameter(converter=_path)]
 #: An option without a value.
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 
@@ -32,7 +40,7 @@ class Common:
         debug: Show tracebacks and Prefect's log.
     """
 
-    data: Annotated[Path, Parameter(env_var="PITCHLORE_DATA")] = Path("data")
+    data: Annotated[UserPath, Parameter(env_var="PITCHLORE_DATA")] = Path("data")
     debug: Flag = False
 
     @property

@@ -9,7 +9,7 @@ from pathlib import Path
 import polars as pl
 from rich.console import Console
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, UserPath
 from pitchlore.flows.commands.import_ import bring_in
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, print_known, spelt
@@ -54,7 +54,7 @@ _QUESTION = """select s.name as situation, count(*) as seen,
 from situations s where s.code in (21, 44, 47) group by all order by seen desc"""
 
 
-def demo(*recordings: Path, flow: Flag = False, common: Common = DEFAULTS) -> None:
+def demo(*recordings: UserPath, flow: Flag = False, common: Common = DEFAULTS) -> None:
     """Take a recording and three played matches through every stage, and show the results.
 
     Outputs that exist are not made again, so a second demo takes seconds.

@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 import polars as pl
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.playing import (
     AS_LEARNED,
@@ -54,7 +54,7 @@ def evaluate_team(
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
     on: On = None,
-    export: Path | None = None,
+    export: UserPath | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:

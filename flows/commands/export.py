@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import console, print_json
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.face.match import Match
@@ -16,7 +16,7 @@ Word = Literal["csv", "parquet", "kloppy", "floodlight", "foxglove", "rerun", "p
 
 
 def export(
-    *matches: str, to: Word, output: Annotated[Path | None, Parameter(alias="-o")] = None,
+    *matches: str, to: Word, output: Annotated[UserPath | None, Parameter(alias="-o")] = None,
     fps: int | None = None, json: Json = False, common: Common = DEFAULTS,
 ) -> None:
     """Write a match as a table, as files for kloppy and floodlight, for a viewer, or as a dataset.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import shlex
 import sys
-from pathlib import Path
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
 from pitchlore.flows.commands.printing import console, print_failed, print_json
 from pitchlore.flows.commands.run import bring_up_to_date
 from pitchlore.pipeline.engine.imitations import PREFIX, settings_of, work_of
@@ -14,7 +13,7 @@ from pitchlore.pipeline.engine.progress import RunReport
 
 
 def imitate(
-    team: str, /, *, settings: Path | None = None, flow: Flag = False, on: On = None, json: Json = False,
+    team: str, /, *, settings: UserPath | None = None, flow: Flag = False, on: On = None, json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:  # fmt: skip
     """Rebuild a team from its recordings, by poses alone.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
@@ -27,8 +26,8 @@ from pitchlore.schemas import SIDES
 
 
 def import_files(
-    *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.", json_list=False)],
-    mapping: Annotated[Path | None, Parameter(name="--map")] = None,
+    *files: Annotated[UserPath, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.", json_list=False)],
+    mapping: Annotated[UserPath | None, Parameter(name="--map")] = None,
     origin: Annotated[str | None, Parameter(name="--from", help=(
         "kloppy:PROVIDER: the files are one recording of football, in the provider's order: "
         + "; ".join(f"{word} {provider.usage()}" for word, provider in PROVIDERS.items()) + "."
@@ -38,7 +37,7 @@ def import_files(
     ))] = None,
     together: Flag = False,
     listed: Annotated[Flag, Parameter(name="--list")] = False,
-    settings: Path | None = None,
+    settings: UserPath | None = None,
     isolate: Flag = False,
     on: On = None,
     json: Json = False,

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import polars as pl
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import (
     by_evidence,
     console,
@@ -108,7 +106,7 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
 
 
 def verify(
-    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
+    version: int | None = None, *, restore_from: UserPath | None = None, json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Check the files of every version of the knowledge, or of one.

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.common import DEFAULTS, Common, UserPath
 from pitchlore.flows.commands.printing import console
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.face.shipped import notebooks as shipped
@@ -20,7 +20,7 @@ from pitchlore.pipeline.store.paths import check_folder
 
 
 def notebooks(
-    folder: Path = Path("notebooks"),
+    folder: UserPath = Path("notebooks"),
     *,
     open_: Annotated[bool, Parameter(name="--open")] = True,
     common: Common = DEFAULTS,

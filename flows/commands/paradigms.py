@@ -12,7 +12,7 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
 from pitchlore.flows.paradigms import play_paradigms
@@ -56,7 +56,7 @@ def paradigms(
     beside: Annotated[tuple[Beside, ...], Parameter(negative=(), show_default=False)] = (),
     seed: NonNegativeInt = 0,
     on: On = None,
-    export: Path | None = None,
+    export: UserPath | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:

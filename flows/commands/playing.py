@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveInt
 from cyclopts.validators import Number
 
+from pitchlore.flows.commands.common import UserPath
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, match_settings
 from pitchlore.pipeline.arena.teams.clock import ClockSettings
@@ -48,7 +48,7 @@ class Playing:
         robots: Robots per team (default: from the settings, else 3).
     """
 
-    settings: Path | None = None
+    settings: UserPath | None = None
     minutes: Annotated[float | None, Parameter(validator=Number(gt=0, lt=math.inf))] = None
     robots: PositiveInt | None = None
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common
+from pitchlore.flows.commands.common import DEFAULTS, Common, UserPath
 from pitchlore.flows.commands.printing import console, print_stand_in
 
 
 def replay(
-    match: str, *, output: Annotated[Path | None, Parameter(alias="-o")] = None, hz: float = 20.0,
-    gif: Path | None = None, start: Annotated[float, Parameter(name="--from")] = 0.0, seconds: float = 20.0,
+    match: str, *, output: Annotated[UserPath | None, Parameter(alias="-o")] = None, hz: float = 20.0,
+    gif: UserPath | None = None,
+    start: Annotated[float, Parameter(name="--from")] = 0.0, seconds: float = 20.0,
     common: Common = DEFAULTS,
 ) -> None:
     """Write a match as one web page with pitch, situations, goals, passes and shots, or a part as a GIF.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
 from pitchlore.flows.reporting import Reported
@@ -28,7 +28,7 @@ from pitchlore.schemas import Claims, note_on
 
 
 def report(
-    *, on: On = None, export: Path | None = None, json: Json = False, common: Common = DEFAULTS
+    *, on: On = None, export: UserPath | None = None, json: Json = False, common: Common = DEFAULTS
 ) -> None:
     """Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import polars as pl
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import (
     console,
@@ -37,14 +36,14 @@ if TYPE_CHECKING:
 
 def run(
     *,
-    settings: Path | None = None,
+    settings: UserPath | None = None,
     kind: Literal["vsss", "ssl", "2d", "human"] | None = None,
     team: Annotated[tuple[str, ...], Parameter(negative=())] = (),
     train: bool = True,
     isolate: Flag = False,
     flow: Flag = False,
     plan: Flag = False,
-    page: Path | None = None,
+    page: UserPath | None = None,
     on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,

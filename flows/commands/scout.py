@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import webbrowser
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, On, UserPath
 from pitchlore.flows.commands.printing import console
 
 
 def scout(
-    *names: str, output: Annotated[Path | None, Parameter(name=("--out", "-o"))] = None,
+    *names: str, output: Annotated[UserPath | None, Parameter(name=("--out", "-o"))] = None,
     show: Annotated[Flag, Parameter(name="--open")] = False, on: On = None, common: Common = DEFAULTS,
 ) -> None:
     """Write pages about the league, its matches, teams and behaviours, with clips; they open from disk.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import polars as pl
@@ -37,6 +36,7 @@ from pitchlore.pipeline.stages.seasons.settings import (
     parse_season,
 )
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import named_path
 from pitchlore.schemas import Games, note_on
 from pitchlore.schemas.seasons import PERSON
 from pitchlore.schemas.table import SLUG
@@ -180,7 +180,7 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     """
     if not word.endswith(".toml"):
         return word, named_settings(word)
-    path = Path(word)
+    path = named_path(word)
     if not re.match(SLUG, f"{path.stem}-human-like-9999"):
         raise BadSettings("its name cannot name a season", where=word,
                           next_step="Name the file in lower case letters, digits and hyphens, 48 at most")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from difflib import get_close_matches
-from pathlib import Path
 from zoneinfo import available_timezones
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, On
+from pitchlore.flows.commands.common import DEFAULTS, Common, On, UserPath
 from pitchlore.flows.commands.printing import console
 from pitchlore.flows.server import Keeper, named
 from pitchlore.pipeline.base.errors import BadSettings
@@ -20,7 +19,7 @@ _FIELDS = 5
 
 
 def serve(
-    *, cron: str = "0 6 * * 1", timezone: str = "UTC", settings: Path | None = None, on: On = None,
+    *, cron: str = "0 6 * * 1", timezone: str = "UTC", settings: UserPath | None = None, on: On = None,
     common: Common = DEFAULTS,
 ) -> None:
     """Call ``run`` on a schedule, until Ctrl-C.

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, UserPath
 from pitchlore.flows.commands.printing import console, print_frame, print_json
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.stages.situations.rulebook import rule_table, term_table
@@ -17,7 +16,7 @@ def situations(
     *,
     kind: Literal["vsss", "ssl", "2d", "human"] = "vsss",
     terms: Flag = False,
-    plot: Path | None = None,
+    plot: UserPath | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:

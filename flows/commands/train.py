@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_json, print_training
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.run import VersionReport, train_policy
 
 
-def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+def train(*, settings: UserPath | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
     """Train the next policy version on the newest knowledge.
 
     Args:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import console, print_json
 from pitchlore.pipeline.engine.catalog import distrust
 from pitchlore.pipeline.engine.verify import backup_at, mend, verify_all, verify_knowledge
@@ -15,7 +15,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.verification import Verification
 
 
-def verify(*, restore_from: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+def verify(*, restore_from: UserPath | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
     """Check every byte: logs, outputs, receipts, versions, what they were made from, the seasons' folders.
 
     Args:

@@ -18,6 +18,7 @@ from pitchlore.pipeline.face.match import Match
 from pitchlore.pipeline.face.versions import Knowledge, Policy
 from pitchlore.pipeline.settings import ImportSettings, RunSettings, Settings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import named_path
 from pitchlore.pipeline.store.query import ask, relation
 from pitchlore.pipeline.store.tables import scan
 from pitchlore.schemas import PUBLIC
@@ -55,7 +56,7 @@ def open(data: str | Path = "data") -> League:  # noqa: A001 (as one says it)
         >>> len(league.matches)
         1
     """
-    return League(existing(Path(data)))
+    return League(existing(named_path(data)))
 
 
 class LeagueMatches(Mapping[str, Match]):
@@ -254,7 +255,7 @@ class League:
         from pitchlore.pipeline.engine.run import run  # noqa: PLC0415 (loaded when asked for)
 
         limits = settings.imports if isinstance(settings, RunSettings) else ImportSettings()
-        files = [with_map(Path(each)) for each in recordings] or None
+        files = [with_map(named_path(each)) for each in recordings] or None
         return run(self.store.root, files, settings, train, limits, on)
 
     def team(self, word: str, **options: Unpack[TeamOptions]) -> LearnedTeam:
@@ -294,7 +295,7 @@ class League:
         from pitchlore.pipeline.views.scout.content.write import write_pages  # noqa: PLC0415 (loaded when asked for)
 
         with placed(on, self.store.root):
-            return write_pages(self.store, None if folder is None else Path(folder), names)
+            return write_pages(self.store, None if folder is None else named_path(folder), names)
 
     def minari(self, dataset: str, *matches: str) -> Dataset:
         """Write decisions of matches as a dataset of Minari, where Minari keeps its own.
@@ -334,7 +335,7 @@ class League:
         """
         from pitchlore.pipeline.views.lerobot.write import write_lerobot  # noqa: PLC0415 (loaded when asked for)
 
-        return write_lerobot(self.store, None if folder is None else Path(folder), matches, fps)
+        return write_lerobot(self.store, None if folder is None else named_path(folder), matches, fps)
 
     def _catalogue(self) -> Path:
         """The catalogue, brought up to date; a warning names each damaged file that it leaves out."""

@@ -13,6 +13,7 @@ from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine.inputs import Inputs
 from pitchlore.pipeline.engine.tables import MatchTables, TableOf
 from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.paths import named_path
 from pitchlore.schemas import SIDES, note_on
 
 if TYPE_CHECKING:
@@ -181,7 +182,7 @@ class Match(MatchTables):
             raise BadSettings(f"there is no form {to!r}", next_step=f"Name one of {', '.join(FORMATS)}")
         written = FORMATS[to].write(ExportedMatch(self))
         files = {f"{self.name}.{ending}": data for ending, data in written.items()}
-        return [self._write(None if folder is None else Path(folder) / name, "exports", name, data)
+        return [self._write(None if folder is None else named_path(folder) / name, "exports", name, data)
                 for name, data in files.items()]
 
     @staticmethod
@@ -197,7 +198,7 @@ class Match(MatchTables):
             target = self._folder.root / folder / name
             self._folder.keep(target, data)
         else:
-            target = Path(name) if path is None else Path(path)
+            target = Path(name) if path is None else named_path(path)
             Files(target.parent).write_bytes(target, data)
         return target
 

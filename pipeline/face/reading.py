@@ -16,6 +16,7 @@ from pitchlore.pipeline.engine.record import in_memory
 from pitchlore.pipeline.engine.recordings import Recording, with_map
 from pitchlore.pipeline.face.match import Match
 from pitchlore.pipeline.settings import ImportSettings, RunSettings, Settings
+from pitchlore.pipeline.store.paths import named_path
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.importers.football.dataset import KloppyDataset
@@ -55,12 +56,13 @@ def read(
     """
     if not isinstance(path, (str, Path)):
         return Match(MemoryInputs(read_dataset(path), settings))
-    recording = with_map(Path(path)) if map is None else Recording(file=Path(path), mapping=Path(map))
+    file = named_path(path)
+    recording = with_map(file) if map is None else Recording(file=file, mapping=named_path(map))
     if provider is not None:
         from pitchlore.pipeline.importers.football.providers import provider_of  # noqa: PLC0415 (loaded when asked for)
 
-        files = tuple(Path(each) for each in more)
-        recording = Recording(file=Path(path), provider=provider_of(provider), more=files)
+        files = tuple(named_path(each) for each in more)
+        recording = Recording(file=file, provider=provider_of(provider), more=files)
     elif more:
         raise BadSettings("several files are one recording only if a provider is named", where=str(path),
                           next_step="Read each file by itself, or say whose they are: provider=")

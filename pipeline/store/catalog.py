@@ -118,7 +118,7 @@ def _attached(path: Path, how: str) -> Iterator[duckdb.DuckDBPyConnection]:
             _INSTANCE.append(duckdb.connect(":memory:", config=settings))
         try:
             with _INSTANCE[0].cursor() as connection:
-                connection.execute(f"attach {quote(str(path))} as catalog ({how})")
+                connection.execute(f"attach {quote(str(path.absolute()))} as catalog ({how})")
                 connection.execute("use catalog")
                 yield connection
                 connection.execute("use memory")
@@ -170,7 +170,7 @@ def connected(path: Path) -> duckdb.DuckDBPyConnection:
     old database, even after the file was replaced.
     """
     connection = duckdb.connect(":memory:")
-    connection.execute(f"attach {quote(str(path))} as catalog (read_only)")
+    connection.execute(f"attach {quote(str(path.absolute()))} as catalog (read_only)")
     connection.execute("use catalog")
     return connection
 

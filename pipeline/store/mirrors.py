@@ -34,7 +34,7 @@ from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFil
 from pitchlore.pipeline.store.atomic import write_bytes
 from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
 from pitchlore.pipeline.store.locks import holding
-from pitchlore.pipeline.store.paths import remove
+from pitchlore.pipeline.store.paths import named_path, remove
 
 _log = logging.getLogger(__name__)
 
@@ -472,14 +472,15 @@ def located(path: Path) -> Path:
     """The local folder of a data folder: the path itself, or that of the copy if it is a bucket's URL.
 
     Raises:
-        BadSettings: if the URL is not that of a bucket, or the environment does not say how to reach it.
+        BadSettings: if the URL is not that of a bucket, or the environment does not say how to reach it; or
+            as for :func:`pipeline.store.paths.named_path`.
     """
     word = str(path)
     if word.startswith("file:/"):
         return Path("/" + word.removeprefix("file:").lstrip("/"))
     url = bucket_url(word)
     if url is None:
-        return path
+        return named_path(path)
     for known, folder in _copies.items():
         if url.startswith(known.rstrip("/") + "/"):
             return folder / url.removeprefix(known.rstrip("/") + "/")

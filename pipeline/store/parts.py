@@ -145,7 +145,8 @@ def _joined(store: Reading, schema: type[Table], sources: Sequence[Source]) -> F
         for frame in store.batches((source.receipt for source in sources), schema.NAME, schema):
             table = frame.to_arrow().replace_schema_metadata({SCHEMA_KEY: schema.tag()})
             if writer is None:
-                writer = pyarrow.parquet.ParquetWriter(temporary, table.schema, **written_as(frame.schema))
+                writer = pyarrow.parquet.ParquetWriter(
+                    temporary.absolute(), table.schema, **written_as(frame.schema))
             writer.write_table(table)
             rows += frame.height
         assert writer is not None

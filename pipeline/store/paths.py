@@ -12,6 +12,25 @@ from pitchlore.pipeline.store.buckets import check_local
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
 
 
+def named_path(word: str | Path) -> Path:
+    """The path that a user names: ``~`` and ``~NAME`` at its start are homes, but in ``./~``.
+
+    No path begins with ``~`` afterwards: some libraries would take that for a home once more.
+
+    Raises:
+        BadSettings: if there is no such home.
+    """
+    path = Path(word)
+    if not path.parts or not path.parts[0].startswith("~"):
+        return path
+    if not str(word).startswith("~"):
+        return path.absolute()
+    try:
+        return path.expanduser()
+    except RuntimeError as error:
+        raise _unusable("there is no such user's home", path, f"Write ./{path}, if it is here") from error
+
+
 def check_root(path: Path) -> None:
     """Check that a path may be that of a data folder, new or old.
 
