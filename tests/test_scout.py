@@ -19,11 +19,12 @@ from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.scout.content.folder import Folder
-from pitchlore.pipeline.views.scout.content.sources import team_name
+from pitchlore.pipeline.views.scout.content.sources import played, team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
-from pitchlore.pipeline.views.scout.facts import Numbers, by_lead, over_matches
+from pitchlore.pipeline.views.scout.facts import Numbers, balance, by_lead, over_matches, trend
 from pitchlore.pipeline.views.scout.gallery import clips, ranked
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pitchlore.pipeline.views.scout.timeline import on_top
 from pitchlore.schemas import Passes, Shots
 
 VSSS = PITCHES[Kind.VSSS]
@@ -93,16 +94,25 @@ def test_by_evidence():
     assert ranked(table)["behaviour_id"].to_list() == ["b", "a"]
 
 
-def test_one_match_has_no_interval():
-    """A mean of one match has no interval, that of two has; none of a count ends below 0, none of a share above 1."""
-    one = Numbers(0.5, 0.5, 3, 0, 2, 0, 1, 4, 5, 6)
+def test_intervals_of_few_matches():
+    """One match has no interval, nor have matches whose interval leads from 0 to twice the mean; a share ends at 1."""
+    one = Numbers(0.5, 0.5, 30, 0, 2, 0, 1, 4, 5, 6)
     found = over_matches([(one, 1.0)])
-    assert (found["passes"].mean, found["passes"].low) == (30.0, None)
-    two = over_matches([(one, 1.0), (one._replace(passes=5, possession=None), 1.0)])
-    assert two["passes"].low < 40.0 < two["passes"].high
+    assert (found["passes"].mean, found["passes"].low) == (300.0, None)
+    two = over_matches([(one, 1.0), (one._replace(passes=31, shots=0, possession=None), 1.0)])
+    assert two["passes"].low < 305.0 < two["passes"].high
+    assert two["shots"] == (10.0, None, None, 2), "from 0 to 137 says nothing"
     assert two["possession"].n == 1
-    far = over_matches([(one._replace(possession=0.99, passes=0), 1.0), (one._replace(passes=1), 1.0)])
-    assert (far["passes"].low, far["possession"].low, far["possession"].high) == (0, 0, 1)
+    far = over_matches([(one._replace(possession=0.99), 1.0), (one, 1.0)])
+    assert (far["possession"].low, far["possession"].high) == (0, 1)
+
+
+def test_trend():
+    """Halves are compared from eight matches on; what differs beyond chance is marked, what is level is not."""
+    assert trend([1.0, 2.0, None]) == ([1.0, 2.0, None], None, None, False)
+    assert trend([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])[1:] == (2.5, 6.5, True)
+    assert trend([1.0, 8.0, 2.0, 7.0, 3.0, 6.0, 4.0, 5.0])[1:] == (4.5, 4.5, False)
+    assert not trend([0.0] * 8).beyond
 
 
 def test_by_lead():
@@ -170,6 +180,21 @@ def test_numbers_are_those_of_the_tables(store, pages):
         counts = rows["team"].cast(pl.String).to_list()
         row = re.search(rf'<th scope="row">{label}<td>(.*?)(?:<tr>|</tbody>)', shown, re.DOTALL)[1]
         assert row.split("<td>")[:2] == [str(counts.count(side)) for side in ("home", "away")]
+
+
+def test_first_page(store, pages):
+    """Each team's row counts its matches as their scores do; the line of a match is above zero where home is nearer to a goal."""
+    shown = text_of(pages, "index.html")
+    won = [[int(cell) for cell in re.findall(r'<td class="n[ a-z]*">(\d+)</td>', row)] for row in re.findall(
+        r"<tr><td><a href=\"teams/.*?</tr>", shown, re.DOTALL)]
+    assert len(won) > 1
+    assert all(row[0] == sum(row[1:]) for row in won)
+    assert sum(row[1] for row in won) == sum(row[3] for row in won), "each match has a winner and a loser, or neither"
+    match = next(iter(played(store)))
+    known = [each for each in balance(match) if each is not None]
+    values = match.values
+    assert min(known) <= (values["home"] - values["away"]).mean() <= max(known)
+    assert str(on_top([0.5, None, -0.25], [], "top", 3.0)).count("M") >= 4, "the ball out of play cuts the line"
 
 
 @pytest.mark.slow

@@ -16,7 +16,8 @@ from pitchlore.pipeline.views.scout import words
 from pitchlore.pipeline.views.scout.content.flaws import WORDS, flaws
 from pitchlore.pipeline.views.scout.content.sources import matches_in_words
 from pitchlore.pipeline.views.scout.pages import rendered as render
-from pitchlore.pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
+from pitchlore.pipeline.views.scout.pictures import MANY, Mark, on_pitch, pass_arrow
+from pitchlore.pipeline.views.scout.timeline import over_time
 from pitchlore.schemas.matches import FLAWS
 
 VSSS = PITCHES[Kind.VSSS]

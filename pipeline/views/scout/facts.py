@@ -9,11 +9,17 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.engine.tables import MatchTables
-from pitchlore.pipeline.numbers.statistics import mean_interval
+from pitchlore.pipeline.numbers.statistics import mean_interval, welch
 from pitchlore.schemas import SIDES
 
 #: Parts of a match in the pictures over time.
 PARTS = 40
+#: Fields of :class:`Numbers` that are shares; the others are counts.
+SHARES = ("possession", "territory")
+#: Matches from which on halves of them are compared: four against four can differ beyond chance.
+TREND_AT = 8
+#: Parts of a match in the line of who is on top.
+MOMENTS = 160
 
 
 class Numbers(NamedTuple):
@@ -132,6 +138,19 @@ def parts(match: MatchTables) -> list[MatchPart]:
             for start, home, both, over, of in rows]
 
 
+def balance(match: MatchTables) -> list[float | None]:
+    """Home's chance to score soon less that of away (table values), the mean of each :data:`MOMENTS` part.
+
+    None where the ball is in play at no moment of a part.
+    """
+    end = max(int(match.matches["duration_s"][0] * 1e9), 1)
+    values = match.values
+    place = np.minimum(values["t_ns"].to_numpy() * MOMENTS // end, MOMENTS - 1).astype(np.int64)
+    count = np.bincount(place, minlength=MOMENTS)
+    total = np.bincount(place, (values["home"] - values["away"]).to_numpy(), MOMENTS)
+    return [float(each / n) if n else None for each, n in zip(total, count, strict=True)]
+
+
 def halves(match: MatchTables) -> list[tuple[str, int, int]]:
     """The halves of a match: name, start and end, ns. Where the referee gave none, those of its time."""
     end = int(match.matches["duration_s"][0] * 1e9) + 1
@@ -222,7 +241,7 @@ def by_lead(match: MatchTables) -> dict[str, dict[str, ByLead]]:
 
 
 class Mean(NamedTuple):
-    """A mean over matches with its 95 % interval (Student's t); the ends are None for fewer than two."""
+    """A mean over matches with its 95 % interval (Student's t); without ends where matches are too few."""
 
     mean: float
     low: float | None
@@ -241,22 +260,53 @@ def mean_number(values: Sequence[float]) -> Mean | None:
 def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None]:
     """A team over its matches: means of shares, and of counts in each ten minutes.
 
-    No end of an interval is below 0, and that of a share is not above 1: no such number is.
+    No end of an interval is below 0, and that of a share is not above 1: no such number is. An interval that
+    reaches from 0 to twice the mean says nothing: its ends are None, for want of matches.
 
     Args:
         each: the team's numbers in each match, and its minutes.
     """
-    found = {}
-    for name in Numbers._fields:
-        known = [(getattr(own, name), minutes) for own, minutes in each if getattr(own, name) is not None]
-        share = name in ("possession", "territory")
-        per = [value if share else 10 * value / minutes for value, minutes in known]
-        found[name] = _within(mean_number(per), 1.0 if share else None)
-    return found
+    return {name: _within(mean_number([value for value in match_by_match(each, name) if value is not None]),
+                          1.0 if name in SHARES else None) for name in Numbers._fields}
+
+
+def match_by_match(each: Sequence[tuple[Numbers, float]], name: str) -> list[float | None]:
+    """A number of a team in each match: a share, or a count in each ten minutes; None where it is unknown."""
+    found = ((getattr(own, name), minutes) for own, minutes in each)
+    return [value if value is None or name in SHARES else 10 * value / minutes for value, minutes in found]
+
+
+class Trend(NamedTuple):
+    """A number's way over matches, oldest first.
+
+    Attributes:
+        values: it in each match; None where it is unknown.
+        before, since: its means in the older and the newer half of the matches; None below TREND_AT.
+        beyond: whether the halves differ by more than chance gives (Welch, 95 %).
+    """
+
+    values: list[float | None]
+    before: float | None
+    since: float | None
+    beyond: bool
+
+
+def trend(values: Sequence[float | None]) -> Trend:
+    """The trend of a number over matches, oldest first."""
+    known = [value for value in values if value is not None]
+    if len(known) < TREND_AT:
+        return Trend(list(values), None, None, beyond=False)
+    older, newer = known[:len(known) // 2], known[len(known) // 2:]
+    differ = welch(newer, older)
+    return Trend(list(values), float(np.mean(older)), float(np.mean(newer)),
+                 beyond=differ is not None and not differ[0] <= 0.0 <= differ[1])
 
 
 def _within(mean: Mean | None, most: float | None) -> Mean | None:
     """A mean whose interval ends at 0 and at the most that there can be."""
     if mean is None or mean.low is None or mean.high is None:
         return mean
-    return mean._replace(low=max(mean.low, 0.0), high=mean.high if most is None else min(mean.high, most))
+    low, high = max(mean.low, 0.0), mean.high if most is None else min(mean.high, most)
+    if low == 0.0 and high >= 2 * mean.mean > 0:
+        return mean._replace(low=None, high=None)
+    return mean._replace(low=low, high=high)

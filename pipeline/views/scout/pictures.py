@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import groupby, pairwise
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,10 +22,6 @@ MANY = 80
 _FAINTEST = 0.09
 #: Shades of a heat map, and the least share of its fullest cell that is drawn.
 _SHADES, _LEAST = 12, 0.02
-#: Blank parts of a strip, side by side, that a word fits into.
-_WORD = 4
-#: Times under a strip: steps in seconds, and how many there are at most.
-_STEPS, _TIMES = (10, 30, 60, 120, 300, 600, 1200), 8
 
 
 class Mark(NamedTuple):
@@ -189,63 +185,6 @@ def _drawn(marks: Iterable[Mark], unit: float) -> Iterator[Markup]:
             tag, address = ("g", "") if link is None else ("a", f' href="{escape(link)}"')
             drawn.append(f"<{tag}{address}><title>{escape(says)}</title>{''.join(shapes)}</{tag}>")
         yield Markup(f'<g class="{escape(style)}">{"".join(drawn)}</g>')  # noqa: S704 (all text in it is escaped)
-
-
-def over_time(
-    shares: Sequence[float | None], goals: Sequence[tuple[float, str, str]], label: str, seconds: float,
-    blank: str,
-) -> Markup:
-    """Home's share in each part of a match as bars about one half, the goals above and below, and times.
-
-    Args:
-        shares: home's share in each part, 0 to 1; None where nobody had any.
-        goals: each goal's place in the match, 0 to 1, its team, and its text.
-        label: description for readers of the page.
-        seconds: duration of the match.
-        blank: words for parts without a share.
-    """
-    wide = 100 / max(len(shares), 1)
-    words = []
-    parts = [Markup('<svg class="strip" role="img" aria-label="{}" viewBox="0 0 100 24" '
-                    'preserveAspectRatio="none">').format(label)]
-    halves: dict[str, str] = {"home": "", "away": ""}
-    for place, share in enumerate(shares):
-        if share is not None:
-            home = round(20 * share, 2)
-            for side, top, high in (("home", 2.0, home), ("away", 2 + home, 20 - home)):
-                halves[side] += (f"M{place * wide:.4g} {top:.4g}h{wide * 0.92:.4g}"
-                                 f"v{high:.4g}h{-wide * 0.92:.4g}z")
-    parts += [Markup('<path class="{}" d="{}"/>').format(side, drawn) for side, drawn in halves.items()]
-    first = 0
-    for missing, group in groupby(shares, lambda share: share is None):
-        begin, count = first, len(list(group))
-        first += count
-        if not missing:
-            continue
-        parts.append(Markup('<rect class="blank" x="{:.3f}" y="2" width="{:.3f}" height="20">'
-                            '<title>{}</title></rect>').format(begin * wide, count * wide, blank))
-        if count >= _WORD:
-            words.append(Markup('<span style="left:{:.2f}%;width:{:.2f}%">{}</span>').format(
-                begin * wide, count * wide, blank))
-    parts.append(Markup('<path class="half" d="M0 12H100"/>'))
-    lines: dict[str, str] = {}
-    for at, team, says in goals:
-        line = f"M{100 * at:.4g} {12 * (team == 'away')}V{24 - 12 * (team == 'home')}"
-        lines[says] = lines.get(says, "") + line
-    parts += [Markup('<path class="goal-at" d="{}"><title>{}</title></path>').format(drawn, says)
-              for says, drawn in lines.items()]
-    return Markup('<div class="over-time">{}<div class="words" aria-hidden="true">{}</div>'
-                  '<div class="times" aria-hidden="true">{}</div></div>').format(
-        Markup("").join([*parts, Markup("</svg>")]), Markup("").join(words), _times(seconds))
-
-
-def _times(seconds: float) -> Markup:
-    """Minutes and seconds at their places under a strip, the end left out."""
-    step = next((each for each in _STEPS if seconds <= _TIMES * each), max(seconds / _TIMES, 1.0))
-    at = np.arange(0.0, seconds, step)
-    return Markup("").join(
-        Markup('<span style="left:{:.2f}%">{}:{:02d}</span>').format(
-            100 * each / seconds, int(each) // 60, int(each) % 60) for each in at if each <= 0.96 * seconds)
 
 
 def bars(values: Sequence[float], label: str) -> Markup:

@@ -18,6 +18,7 @@ from pitchlore.pipeline.views.scout.content.flaws import flaws
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.facts import (
     Numbers,
+    balance,
     by_lead,
     halves,
     markers,
@@ -26,9 +27,10 @@ from pitchlore.pipeline.views.scout.facts import (
     played_s,
 )
 from pitchlore.pipeline.views.scout.moments import moment
-from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
+from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, pass_arrow
 from pitchlore.pipeline.views.scout.restarts import any_moment
 from pitchlore.pipeline.views.scout.scored import Scored, clip_of
+from pitchlore.pipeline.views.scout.timeline import GoalLine, on_top, over_time
 from pitchlore.schemas import SIDES, note_on
 
 #: What is counted of a side: label, field of Numbers, whether it is a share.
@@ -56,8 +58,8 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
     sides, names = (match.home, match.away), side_names(match.home.name, match.away.name)
     changes = _changes(counts[1], counts[2], [(end - start) / 1e9 for _, start, end in whole[1:]])
     each, goals = parts(match), [
-        (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "",
-         f"goal for {names[team] if team else 'nobody knows whom'}")
+        GoalLine(t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "",
+                 f"goal for {names[team] if team else 'nobody knows whom'}")
         for t_ns, team in match.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
@@ -68,6 +70,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
             for side in SIDES for label, name, _ in MEASURES]),
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
+        "top": on_top(balance(match), goals, "who is on top", row["duration_s"]),
         "over_time": each, "strips": [
             {"name": name, "blank": blank if any(getattr(part, of) is None for part in each) else "",
              "picture": over_time(

@@ -18,7 +18,7 @@ from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import SIDES, Behaviours
 
 #: The nouns whose tables the pages of a match show.
-_NOUNS = ("matches", "sides", "trajectories", "situations", "goals", "events", "chances")
+_NOUNS = ("matches", "sides", "trajectories", "situations", "goals", "events", "chances", "values")
 
 
 class TeamName(NamedTuple):

@@ -24,7 +24,16 @@ from pitchlore.pipeline.views.scout.content.sources import (
     sequence,
     sides_played,
 )
-from pitchlore.pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
+from pitchlore.pipeline.views.scout.facts import (
+    LEADS,
+    TREND_AT,
+    ByLead,
+    Mean,
+    Numbers,
+    match_by_match,
+    over_matches,
+    trend,
+)
 from pitchlore.pipeline.views.scout.following import FOLLOWS_S, followed_by, following
 from pitchlore.pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
 from pitchlore.pipeline.views.scout.maps import lying, neuron_key
@@ -33,6 +42,7 @@ from pitchlore.pipeline.views.scout.occurrences import occurrence_places, occurr
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
 from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, paid
 from pitchlore.pipeline.views.scout.restarts import control_over_matches as any_moment
+from pitchlore.pipeline.views.scout.timeline import spark
 from pitchlore.pipeline.views.scout.transitions import Followed, neighbours_of, transitions
 from pitchlore.pipeline.views.scout.words import of_behaviour, said
 from pitchlore.schemas import SIDES, note_on
@@ -49,6 +59,8 @@ SHOTS = 200
 LISTED = 800
 #: Passes that are drawn: the last.
 PASSES = 200
+#: Outcomes of a match for a team, by the sign of its lead: drawn, won, lost.
+RESULTS = ("drawn", "won", "lost")
 _ATTACKS = "It attacks to the right."
 
 
@@ -59,22 +71,30 @@ def team_facts(
     rows = []
     leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
     moments, played = [], [(match, side) for match in matches for side in sides_played(team, match)]
+    matches = sorted(matches, key=lambda match: (lines[match.name]["date"], match.name))
     for match in matches:
         line = lines[match.name]
         for side in sides_played(team, match):
             moments.append(FollowedSamples(*line["any_moment"][side]))
             for name, each in leads.items():
                 each.append(ByLead(*line["by_lead"][side][name]))
-            rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
-                reversed(line["score"].split(" : "))), "possession": line["numbers"][side]["possession"],
-                "against": (match.away if side == "home" else match.home).name})
-    own, other = over(team, matches, lines)
+            ours, theirs = (line["numbers"][it] for it in (side, SIDES[1 - SIDES.index(side)]))
+            against, goals = match.away if side == "home" else match.home, (ours["goals"], theirs["goals"])
+            rows.append({
+                "id": match.name, "date": line["date"], "against": against, "possession": ours["possession"],
+                "score": " : ".join("?" if it is None else str(it) for it in goals),
+                "result": "" if None in goals else RESULTS[(goals[0] > goals[1]) - (goals[0] < goals[1])]})
+    numbers = match_numbers(team, matches, lines)
+    own, other = (over_matches(it) for it in numbers)
+    trends = {name: _trend(label, match_by_match(numbers[0], name)) for label, name, _ in MEASURES}
     return {
         "team": team, "matches": rows,
         "counted": matches_in_words(len(matches), against_itself(team, matches)),
         "answers": team_answers(team, matches, lines), "measures": MEASURES, "own": own, "other": other,
-        "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
-        "pictures": _pictures(team, matches),
+        "note": note_on(team.name), "trend_at": TREND_AT,
+        "known": known_in(len(rows), (own["xg"], other["xg"])), "trends": trends,
+        "compared": any(it["since"] is not None for it in trends.values()),
+        "pictures": _pictures(team, matches), "tiles": _tiles(rows, numbers, own),
         "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
         "any": any_moment(moments),
         "leads": [_led(name, each) for name, each in leads.items()],
@@ -85,6 +105,13 @@ def over(
     team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> list[dict[str, Mean | None]]:
     """A team's numbers over its matches, and those of its adversaries."""
+    return [over_matches(each) for each in match_numbers(team, matches, lines)]
+
+
+def match_numbers(
+    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
+) -> list[list[tuple[Numbers, float]]]:
+    """A team's numbers in each match with its minutes, and those of its adversaries."""
     found: list[list[tuple[Numbers, float]]] = [[], []]
     for match in matches:
         line = lines[match.name]
@@ -92,7 +119,30 @@ def over(
             minutes = max(line["seconds"] / 60, 1e-9)
             for each, of in zip(found, (side, SIDES[1 - SIDES.index(side)]), strict=True):
                 each.append((Numbers(**line["numbers"][of]), minutes))
-    return [over_matches(each) for each in found]
+    return found
+
+
+def _tiles(
+    rows: Sequence[Mapping[str, Any]], each: Sequence[Sequence[tuple[Numbers, float]]],
+    own: Mapping[str, Mean | None],
+) -> list[dict[str, str]]:
+    """A team in a few numbers: what it won, its goals, its share of the ball, its shots."""
+    counts = [sum(row["result"] == name for row in rows) for name in ("won", "drawn", "lost")]
+    record = " – ".join(map(str, counts))
+    tiles = [{"value": record, "says": "won – drawn – lost"}] if any(counts) else []
+    goals = [[it.goals for it, _ in side] for side in each]
+    if rows and None not in goals[0] + goals[1]:
+        tiles.append({"value": f"{sum(goals[0])} : {sum(goals[1])}", "says": "goals"})  # type: ignore[arg-type]
+    if own["possession"] is not None:
+        tiles.append({"value": f"{own['possession'].mean:.0%}".replace("%", "\u00a0%"), "says": "possession"})
+    shots = [sum(it.shots for it, _ in side) for side in each]
+    return [*tiles, {"value": f"{shots[0]} : {shots[1]}", "says": "shots on target"}]
+
+
+def _trend(label: str, values: Sequence[float | None]) -> dict[str, Any]:
+    """A number's way over matches, as a picture and in words."""
+    found = trend(values)
+    return found._asdict() | {"picture": spark(values, f"{label}, match by match")}
 
 
 def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
@@ -122,9 +172,6 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     many = shots.height > SHOTS
     drawn = f"; the last {PASSES} are drawn" if arrows.height > PASSES else ""
     return [
-        {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
-         "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
-             losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
         {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
             f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {_ATTACKS}",
          "picture": on_pitch(pitch, "shots", marks=_shots(shots.tail(SHOTS)), cells=heat(
@@ -133,6 +180,9 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
             f"receipt. {_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=[
              pass_arrow(row, "home", pitch) for row in arrows.tail(PASSES).iter_rows(named=True)])},
+        {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
+         "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
+             losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
         {"name": "Where its keeper is", "says": f"In {last}, while a team has the ball; n = "
             f"{keeper.height:,} samples, every fifth. {_ATTACKS}",
          "picture": on_pitch(pitch, "where its keeper is", cells=heat(

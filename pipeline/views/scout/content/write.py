@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import polars as pl
-from markupsafe import Markup
 
 from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
@@ -24,6 +23,7 @@ from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import policies as policy_pages
 from pitchlore.pipeline.views.scout.content import situations as situation_pages
 from pitchlore.pipeline.views.scout.content.folder import Folder
+from pitchlore.pipeline.views.scout.content.league import league_facts
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, pages_of_team
 from pitchlore.pipeline.views.scout.content.sources import (
@@ -37,11 +37,10 @@ from pitchlore.pipeline.views.scout.content.sources import (
 )
 from pitchlore.pipeline.views.scout.content.teams import FROM, on_page
 from pitchlore.pipeline.views.scout.pages import page_files, rendered
-from pitchlore.schemas import SIDES, Behaviours
+from pitchlore.schemas import Behaviours
 
 #: Matches of a piece of work: a process takes as long to start as to make the pages of a few.
 _AT_ONCE = 4
-TITLE = "The league"
 
 
 class WrittenPages(NamedTuple):
@@ -106,8 +105,8 @@ def write_pages(store: Store, out: Path | None = None, names: Sequence[str] = ()
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
                                         for team, key in keys.items() if known is not None}, around)
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
-    folder.put("index.html", everything, lambda: rendered("league", **around, title=TITLE, every=every, rows=[
-        _row(match, lines[match.name]) for match in league]))
+    folder.put("index.html", everything, lambda: rendered(
+        "league", **around, **league_facts(league, teams, lines, every)))
     folder.put("situations.html", everything, lambda: rendered(
         "situations", **around, **situation_pages.situation_facts(league)))
     versions = compare.versions(store)
@@ -216,15 +215,3 @@ def _policies(
             return rendered("policy", up="../", **around, **policy_pages.policy_facts(store, policy, cards))
 
         folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), made)
-
-
-def _row(match: LeagueMatch, line: dict[str, Any]) -> dict[str, Any]:
-    """A match as the league's page shows it."""
-    numbers = line["numbers"]
-    return {
-        "id": match.name, "home": match.home, "away": match.away,
-        "territory": Markup(line["picture"]),  # noqa: S704 (pipeline.views.scout.pictures made it)
-        "possession": numbers["home"]["possession"],
-        "shots": [numbers[side]["shots"] for side in SIDES],
-        **{name: line[name] for name in ("score", "seconds", "kind", "date", "flaws")},
-    }

@@ -41,8 +41,8 @@ const plain = (value, share, digits = Number.isInteger(value) ? 0 : 2) => (value
 /** A mean over matches with its interval; Mean is a list: mean, low, high, n. */
 function interval(mean, share) {
   if (mean === null) return "–";
-  const [middle, low, high] = mean;
-  const ends = low === null ? "" : ` [${plain(low, share, 1)}, ${plain(high, share, 1)}]`;
+  const [middle, low, high, n] = mean;
+  const ends = low === null ? (n > 1 ? " too few matches" : "") : ` [${plain(low, share, 1)}, ${plain(high, share, 1)}]`;
   return plain(middle, share, 1) + ends;
 }
 

@@ -1,0 +1,53 @@
+"""The first page: the teams of a league with what they won, and its matches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played
+from pitchlore.schemas import SIDES
+
+TITLE = "The league"
+
+
+def league_facts(
+    league: Sequence[LeagueMatch], teams: Sequence[TeamName], lines: Mapping[str, dict[str, Any]], every: int
+) -> dict[str, Any]:
+    """Content of the first page; ``lines`` are the league's, by match, ``every`` counts all its matches."""
+    rows = [_row(match, lines[match.name]) for match in league]
+    rows.sort(key=lambda row: row["date"], reverse=True)
+    standings = [_standing(team, league, lines) for team in teams]
+    standings.sort(key=lambda it: (-it["won"], it["lost"], it["against"] - it["goals"]))
+    return {"title": TITLE, "every": every, "rows": rows, "standings": standings}
+
+
+def _standing(
+    team: TeamName, league: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """A team's wins, draws and losses in matches whose score is known; those against itself are left out."""
+    own = [(match, sides[0]) for match in league if len(sides := sides_played(team, match)) == 1]
+    scores = [[lines[match.name]["numbers"][it]["goals"] for it in (side, SIDES[1 - SIDES.index(side)])]
+              for match, side in own]
+    known = [(ours, theirs) for ours, theirs in scores if ours is not None and theirs is not None]
+    return {
+        "team": team, "played": len(own), "unknown": len(own) - len(known),
+        "won": sum(ours > theirs for ours, theirs in known),
+        "drawn": sum(ours == theirs for ours, theirs in known),
+        "lost": sum(ours < theirs for ours, theirs in known),
+        "goals": sum(ours for ours, _ in known), "against": sum(theirs for _, theirs in known),
+    }
+
+
+def _row(match: LeagueMatch, line: Mapping[str, Any]) -> dict[str, Any]:
+    """A match as the page shows it."""
+    numbers = line["numbers"]
+    return {
+        "id": match.name, "home": match.home, "away": match.away,
+        "territory": Markup(line["picture"]),  # noqa: S704 (pipeline.views.scout.pictures made it)
+        "possession": numbers["home"]["possession"],
+        "shots": [numbers[side]["shots"] for side in SIDES],
+        **{name: line[name] for name in ("score", "seconds", "kind", "date", "flaws")},
+    }

@@ -1,0 +1,133 @@
+"""A match over time as SVG: who has the ball, where it is, and who is on top."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+#: Blank parts of a strip, side by side, that a word fits into.
+_WORD = 4
+#: Times under a strip: steps in seconds, and how many there are at most.
+_STEPS, _TIMES = (10, 30, 60, 120, 300, 600, 1200), 8
+
+
+class GoalLine(NamedTuple):
+    """A goal in a picture over time.
+
+    Attributes:
+        at: its place in the match, 0 to 1.
+        team: home or away; empty where nobody knows.
+        says: text shown when it is pointed at.
+    """
+
+    at: float
+    team: str
+    says: str
+
+
+def over_time(
+    shares: Sequence[float | None], goals: Sequence[GoalLine], label: str, seconds: float,
+    blank: str,
+) -> Markup:
+    """Home's share in each part of a match as bars about one half, the goals above and below, and times.
+
+    Args:
+        shares: home's share in each part, 0 to 1; None where nobody had any.
+        goals: the goals.
+        label: description for readers of the page.
+        seconds: duration of the match.
+        blank: words for parts without a share.
+    """
+    wide = 100 / max(len(shares), 1)
+    words = []
+    parts = [Markup('<svg class="strip" role="img" aria-label="{}" viewBox="0 0 100 24" '
+                    'preserveAspectRatio="none">').format(label)]
+    halves: dict[str, str] = {"home": "", "away": ""}
+    for place, share in enumerate(shares):
+        if share is not None:
+            home = round(20 * share, 2)
+            for side, top, high in (("home", 2.0, home), ("away", 2 + home, 20 - home)):
+                halves[side] += (f"M{place * wide:.4g} {top:.4g}h{wide * 0.92:.4g}"
+                                 f"v{high:.4g}h{-wide * 0.92:.4g}z")
+    parts += [Markup('<path class="{}" d="{}"/>').format(side, drawn) for side, drawn in halves.items()]
+    first = 0
+    for missing, group in groupby(shares, lambda share: share is None):
+        begin, count = first, len(list(group))
+        first += count
+        if not missing:
+            continue
+        parts.append(Markup('<rect class="blank" x="{:.3f}" y="2" width="{:.3f}" height="20">'
+                            '<title>{}</title></rect>').format(begin * wide, count * wide, blank))
+        if count >= _WORD:
+            words.append(Markup('<span style="left:{:.2f}%;width:{:.2f}%">{}</span>').format(
+                begin * wide, count * wide, blank))
+    parts.append(Markup('<path class="half" d="M0 12H100"/>'))
+    lines: dict[str, str] = {}
+    for at, team, says in goals:
+        line = f"M{100 * at:.4g} {12 * (team == 'away')}V{24 - 12 * (team == 'home')}"
+        lines[says] = lines.get(says, "") + line
+    parts += [Markup('<path class="goal-at" d="{}"><title>{}</title></path>').format(drawn, says)
+              for says, drawn in lines.items()]
+    return Markup('<div class="over-time">{}<div class="words" aria-hidden="true">{}</div>'
+                  '<div class="times" aria-hidden="true">{}</div></div>').format(
+        Markup("").join([*parts, Markup("</svg>")]), Markup("").join(words), _times(seconds))
+
+
+def on_top(balance: Sequence[float | None], goals: Sequence[GoalLine], label: str, seconds: float) -> Markup:
+    """Home's chance to score soon less that of away as a line about zero, with the goals above and below.
+
+    Args:
+        balance: the difference in each part, -1 to 1; None where no ball is in play: no line.
+        goals: the goals.
+        label: description for readers of the page.
+        seconds: duration of the match.
+    """
+    most = max((abs(each) for each in balance if each is not None), default=0.0) or 1.0
+    wide = 100 / max(len(balance), 1)
+    lines, areas = "", {"home": "", "away": ""}
+    for missing, group in groupby(enumerate(balance), lambda part: part[1] is None):
+        points = [((place + 0.5) * wide, 20 - 18 * (value or 0.0) / most) for place, value in group]
+        if missing:
+            continue
+        lines += "M" + "L".join(f"{x:.4g} {y:.4g}" for x, y in points) + ("h.01" if len(points) == 1 else "")
+        for side, held in (("home", min), ("away", max)):
+            top = "L".join(f"{x:.4g} {held(y, 20.0):.4g}" for x, y in points)
+            areas[side] += f"M{points[0][0]:.4g} 20L{top}L{points[-1][0]:.4g} 20Z"
+    parts = [Markup('<svg class="strip top" role="img" aria-label="{}" viewBox="0 0 100 40" '
+                    'preserveAspectRatio="none">').format(label)]
+    parts += [Markup('<path class="{}" d="{}"/>').format(side, drawn) for side, drawn in areas.items()]
+    parts.append(Markup('<path class="half" d="M0 20H100"/><path class="swing" d="{}"/>').format(lines))
+    for goal in goals:
+        begin, end = (0, 20) if goal.team == "home" else (20, 40) if goal.team == "away" else (0, 40)
+        parts.append(Markup('<path class="goal-at {}" d="M{:.4g} {}V{}"><title>{}</title></path>').format(
+            goal.team, 100 * goal.at, begin, end, goal.says))
+    return Markup('<div class="over-time">{}<div class="times" aria-hidden="true">{}</div></div>').format(
+        Markup("").join([*parts, Markup("</svg>")]), _times(seconds))
+
+
+def spark(values: Sequence[float | None], label: str) -> Markup:
+    """A number's way over matches as a small line from the least to the greatest; unknown values cut it."""
+    known = [value for value in values if value is not None]
+    low, high = min(known, default=0.0), max(known, default=0.0)
+    wide, drawn, pen = 100 / max(len(values) - 1, 1), "", "M"
+    for place, value in enumerate(values):
+        if value is None:
+            pen = "M"
+            continue
+        drawn += f"{pen}{place * wide:.4g} {18 - 16 * (value - low) / ((high - low) or 1.0):.3g}"
+        pen = "L"
+    return Markup('<svg class="spark" role="img" aria-label="{}" viewBox="-2 0 104 20" '
+                  'preserveAspectRatio="none"><path d="{}"/></svg>').format(label, drawn)
+
+
+def _times(seconds: float) -> Markup:
+    """Minutes and seconds at their places under a strip, the end left out."""
+    step = next((each for each in _STEPS if seconds <= _TIMES * each), max(seconds / _TIMES, 1.0))
+    at = np.arange(0.0, seconds, step)
+    return Markup("").join(
+        Markup('<span style="left:{:.2f}%">{}:{:02d}</span>').format(
+            100 * each / seconds, int(each) // 60, int(each) % 60) for each in at if each <= 0.96 * seconds)
