@@ -63,6 +63,7 @@ def test_the_network_logs_what_it_chose(away, tmp_path):
 def test_in_psim(tmp_path, monkeypatch):
     """A team is recorded there and copied; rows of teams that are not played stay. Here our arena stands in for pSim."""
     monkeypatch.setattr(psim, "moving", lambda python: nullcontext(lambda match: None))
+    monkeypatch.setattr(psim, "TRIED", ("best-constant",))
     small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=20.0)
     for job, path in small.recordings("best-constant", False):
         study.recorded(job, path)
@@ -71,16 +72,17 @@ def test_in_psim(tmp_path, monkeypatch):
     psim.main("python", small, tmp_path, ("best-constant",))
     table = pl.read_csv(tmp_path / "psim.csv")
     assert table["team"].to_list() == [
-        "itself", "itself", "copy, recorded in pSim", "copy, recorded in our arena", "copy, recorded in pSim, clues shuffled",
-        "copy, recorded in pSim, its robots known", "copy, recorded in pSim, its robots measured",
-        "copy, recorded in pSim, options known"]
-    assert table["demonstrator"].to_list() == ["other", *["best-constant"] * 7]
+        "itself", "itself", "copy, recorded in our arena", "copy, recorded in pSim", "copy, recorded in pSim, clues shuffled",
+        "copy, recorded in pSim, its robots known", psim.COPY, psim.CONTROL, "copy, recorded in pSim, options known", psim.AHEAD]
+    assert table["demonstrator"].to_list() == ["other", *["best-constant"] * 9]
     assert table["difference"][:2].to_list() == [9.0, np.mean([
         study.ahead(study.Job(str(small.data), "best-constant", seed, away, False, 20.0)) for seed in (psim.FIRST_PLAYED, psim.FIRST_PLAYED + 1) for away in (False, True)])]
+    differences = dict(table[1:].select("team", "difference").iter_rows())
+    assert differences[psim.AHEAD] == pytest.approx(differences[psim.COPY] - differences[psim.CONTROL], abs=0.02)
     found = recovered.main(small.data, tmp_path, count=2)
-    assert found.select("demonstrator", "recorded in", "executors drive", "options").n_unique() == found.height == 4 * 2
+    assert found.select("demonstrator", "recorded in", "executors drive", "options").n_unique() == found.height == 5 * 2
     told = found.filter(options="classes")["recovered"].to_list()
-    assert min(*told[:2], told[3]) > told[2] + 0.2, "here all robots drive as ours"
+    assert min(*told[:3], told[4]) > told[3] + 0.2, "here all robots drive as ours"
     assert found["shuffled"].abs().max() < 0.1
 
 
