@@ -139,7 +139,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options ssl-options from-recordings rebuilt paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about twelve hours)
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values study-options ssl-options from-recordings paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about thirteen hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -242,9 +242,8 @@ ssl-options: $(READY)  ## options of robots of SSL that drive in all directions 
 	$(BIN)/python data/studies/omnidirectional/study.py $(RECORDINGS)
 	$(BIN)/python data/studies/omnidirectional/playing.py $(RECORDINGS)
 
-from-recordings: $(READY)  ## copies of six teams from their recordings, beside their controls (an hour, and half an hour of seasons)
-	$(BIN)/python data/studies/from_recordings/study.py
-	$(BIN)/python data/studies/options/motion.py
+from-recordings: $(READY)  ## copies of six teams from their recordings, all of the study (four hours; PSIM=PYTHON: two and a half more, in pSim)
+	$(BIN)/python data/studies/from_recordings/everything.py $(or $(PSIM),-)
 
 # The network lies in the study's folder; other processors may train a slightly other one.
 ppo-demonstrator: $(VENV)-sb3/.ready  ## train the PPO that from-recordings copies (twenty minutes of a core)

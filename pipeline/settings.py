@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, field_validator, model_validator
 
 from pitchlore.pipeline.base.toml import Frozen, fitted, toml_tables
 from pitchlore.pipeline.game.pitch import Kind
@@ -114,6 +114,15 @@ class SituationSettings(Frozen):
     random_longest_s: float = Field(default=1.0, gt=0)
 
 
+#: Trees that weigh clues of measured robots: the beginning of their file's SHA-256. Receipts and keys say it,
+#: so that other trees make options anew.
+MEASURED_TREES = "6a231a10"
+Robots = Annotated[
+    Literal["arena", "measured"],
+    BeforeValidator(lambda said: str(said).partition(", trees ")[0]),  # as a receipt says it, of any trees
+    PlainSerializer(lambda robots: f"{robots}, trees {MEASURED_TREES}", return_type=str, when_used="json")]
+
+
 class OptionSettings(Frozen):
     """How options are recovered from motion (``pipeline.stages.options``).
 
@@ -136,7 +145,7 @@ class OptionSettings(Frozen):
     wheel_speed: float = Field(default=1.2, gt=0)
     wheel_acceleration: float = Field(default=6.0, gt=0)
     axle: float = Field(default=0.071, gt=0)
-    robots: Literal["arena", "measured"] = Field(default="arena", exclude_if=lambda robots: robots == "arena")
+    robots: Robots = Field(default="arena", exclude_if=lambda robots: robots == "arena")
     logged: bool = Field(default=True, exclude_if=lambda logged: logged)
     rounds: int = Field(default=10, ge=0)
     evidence: float = Field(default=20.0, gt=0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
+from conftest import ROOT
 from support.looking import pairs_of
 from support.mcap_logs import written
 from support.played import whole
@@ -14,6 +15,7 @@ from pitchlore.pipeline.arena.match.controllers import PolicyTables, controllers
 from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.game.tactics.executors.actions import CODES
 from pitchlore.pipeline.matches.frame import OPTION_DTYPE, MatchLog
@@ -130,6 +132,9 @@ def test_robots_as_a_match_shows_them(found, log, table):
     assert (both["option"] == both["option_right"]).mean() > 0.5
     _, _, few = options(table.filter(pl.col("t_ns") < 2e9), log.info.pitch, settings, shipped_ratios("measured"))
     assert {own.measured for own in few.values()} == {False}
+    said = settings.model_dump(mode="json")
+    assert said["robots"] == f"measured, trees {digest((ROOT / 'pipeline/stages/options/measured.npz').read_bytes())[:8]}", "raise MEASURED_TREES"
+    assert OptionSettings.model_validate(said) == settings
 
 
 @pytest.mark.parametrize("kind", [kind for kind in Kind if kind != Kind.VSSS])

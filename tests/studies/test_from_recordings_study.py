@@ -3,12 +3,14 @@
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import harness
 import numpy as np
 import polars as pl
 import pytest
-from from_recordings import executed, gain, psim, rebuilt, recovered, study, wheels
+from from_recordings import everything, executed, gain, psim, rebuilt, recovered, study, wheels
 from options import motion, rolling
 from peers.network import load
 
@@ -63,6 +65,7 @@ def test_the_network_logs_what_it_chose(away, tmp_path):
 def test_in_psim(tmp_path, monkeypatch):
     """A team is recorded there and copied; rows of teams that are not played stay. Here our arena stands in for pSim."""
     monkeypatch.setattr(psim, "moving", lambda python: nullcontext(lambda match: None))
+    monkeypatch.setattr(psim, "workers", lambda: ThreadPoolExecutor(1))
     monkeypatch.setattr(psim, "TRIED", ("best-constant",))
     small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=20.0)
     for job, path in small.recordings("best-constant", False):
@@ -84,6 +87,27 @@ def test_in_psim(tmp_path, monkeypatch):
     told = found.filter(options="classes")["recovered"].to_list()
     assert min(*told[:3], told[4]) > told[3] + 0.2, "here all robots drive as ours"
     assert found["shuffled"].abs().max() < 0.1
+
+
+def test_everything(tmp_path, monkeypatch, capsys):
+    """One command says its hours, runs each part once and in order, and goes on at the part that failed; without pSim it says so."""
+    ran = []
+
+    def run(words, check):
+        ran.append(Path(words[1]))
+        return SimpleNamespace(returncode=int(len(ran) == 3))
+
+    monkeypatch.setattr(everything, "subprocess", SimpleNamespace(run=run))
+    with pytest.raises(SystemExit, match=r"psim\.py ended with 1: mend .* goes on there"):
+        everything.main("python", tmp_path, tmp_path)
+    assert "6.5 h on two free cores" in capsys.readouterr().out
+    everything.main("python", tmp_path, tmp_path)
+    assert [path.stem for path in ran] == ["study", "motion", "psim", "psim", "recovered", "rebuilt", "gain"]
+    assert all(path.exists() for path in ran)
+    everything.main("-", tmp_path, tmp_path)
+    assert "psim" not in [path.stem for path in ran[7:]]
+    assert len(ran) == 12
+    assert "without pSim" in capsys.readouterr().out
 
 
 def test_gain(tmp_path, monkeypatch):

@@ -18,14 +18,15 @@ written down before a match was played there; settings and trees of measured rob
 ``looking-held-static-4302`` (seeds from 4,481,000 on), and their aim, kappa .5 by classes in the first eight
 recordings, before these were looked at. After two mends in what the trees are fitted to they were fitted
 anew, by the same seeds; nothing was chosen by what came out. That the copy is ahead of its own control in
-pairs, lower bound above 0 (``AHEAD``), was first asked of the first demonstrator, when its copy was known; for
-the others, whose rows are fewer for want of time, it was written down before they were played.
+pairs, lower bound above 0 (``AHEAD``), was first asked of the first demonstrator, when its copy was known;
+for the others, whose rows are fewer for want of time, it was written down before they were played.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -47,7 +48,7 @@ from from_recordings.study import (
     shuffled,
     write,
 )
-from harness import Parts, going_on, of_pairs
+from harness import Parts, going_on, of_pairs, workers
 from transfer.study import TheirArena
 
 from pitchlore.pipeline.arena.match.match import MatchInPlay
@@ -90,6 +91,12 @@ def ahead_there(python: str, job: Job) -> int:
         return ahead(job, move)
 
 
+def recorded_there(python: str, job: Job, path: Path) -> None:
+    """Play a match in pSim and keep it, if it is not there."""
+    with moving(python) as move:
+        recorded(job, path, move)
+
+
 def recordings(study: Study, team: str) -> list[tuple[Job, Path]]:
     """The recordings of a demonstrator in pSim; it plays home and away in turn."""
     return [(Job(str(study.data), team, FIRST_RECORDED + i, i % 2 == 1, False, study.seconds),
@@ -124,26 +131,25 @@ def learned(study: Study, team: str) -> Iterator[tuple[str, Path, str]]:
         yield "copy, recorded in pSim, options known", told, TABLES
 
 
-def leads(study: Study, python: str, parts: Parts, data: Path, word: str) -> F64:
+def leads(study: Study, python: str, parts: Parts, pool: Executor, data: Path, word: str) -> F64:
     """Goals that a team is ahead of static by in pSim, mean of each pair of matches."""
     jobs = [Job(str(data), word, FIRST_PLAYED + place, away, False, study.seconds)
             for place in range(study.pairs) for away in (False, True)]
-    found: F64 = np.array(parts(jobs, partial(ahead_there, python)), dtype=np.float64).reshape(-1, 2)
-    return found.mean(axis=1)
+    found: F64 = np.array(parts(jobs, partial(ahead_there, python), pool), dtype=np.float64)
+    pairs: F64 = found.reshape(-1, 2).mean(axis=1)
+    return pairs
 
 
 def main(
     python: str, study: Study, out: Path = FOLDER, teams: Sequence[str] = DEMONSTRATORS
 ) -> None:
     """Play what is missing, and put the rows into the table; those of teams that are not played stay."""
-    with going_on(out, __file__) as parts:
+    with going_on(out, __file__) as parts, workers() as pool:
         for team in teams:
-            for job, path in recordings(study, team):
-                with moving(python) as move:
-                    recorded(job, path, move)
+            list(pool.map(partial(recorded_there, python), *zip(*recordings(study, team), strict=True)))
             found = dict[str, F64]()
             for kind, data, word in learned(study, team):
-                found[kind] = leads(study, python, parts, data, word)
+                found[kind] = leads(study, python, parts, pool, data, word)
                 print(team, kind, of_pairs(found[kind].tolist()), flush=True)
             found[AHEAD] = found[COPY] - found[CONTROL]
             write([{"demonstrator": team, "team": kind, **of_pairs(pairs.tolist())}

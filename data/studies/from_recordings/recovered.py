@@ -2,8 +2,8 @@
 
 ``recovered.py DATA``, after ``study.py`` and ``psim.py``, takes the first eight recordings of each that DATA
 has, from our arena and from pSim, and writes ``recovered.csv``: Cohen's kappa between what was executed, each
-0.2 s, and what the table ``options`` says (:mod:`options.study`). In pSim options are recovered with our
-robots' limits, with those of its own, and with robots as the recordings show them.
+0.2 s, and what the table ``options`` says (:mod:`options.study`). Options are recovered with our robots'
+limits, and with robots as the recordings show them; in pSim also with the limits of its own.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from pitchlore.pipeline.settings import OptionSettings
 #: Recordings that are looked at; by where they were made and how our executors drive: the end of the folder's
 #: name, and settings.
 MATCHES = 8
-WAYS = {("our arena", "as ours"): ("", OptionSettings()), ("pSim", "as ours"): ("-psim", OptionSettings()),
-        ("pSim", "as pSim's"): ("-psim", ROBOTS), ("pSim", "as measured"): ("-psim", MEASURED)}
+WAYS = {("our arena", "as ours"): ("", OptionSettings()), ("our arena", "as measured"): ("", MEASURED),
+        ("pSim", "as ours"): ("-psim", OptionSettings()), ("pSim", "as pSim's"): ("-psim", ROBOTS),
+        ("pSim", "as measured"): ("-psim", MEASURED)}
 #: Columns of :func:`options.study.rows_of` that the table has.
 SAID = ("options", "decisions", "recovered", "recognised", "shuffled")
 

@@ -4,7 +4,8 @@ Teams that deal options at random play in arenas whose motors, grip, bodies, fri
 for each match; their executors assume the robots of our arena. Windows are described as in a recording whose
 robots were measured: motors follow commands as they can; others are nearer by what they are thicker.
 ``make study-options`` does it after the ratios of our arena. The ranges were fixed when pSim was known, and
-include its motors, thickness and ball; no match of pSim was learned from.
+include its motors, thickness and ball; no match of pSim was learned from. If the file changes, its SHA-256 in
+``pipeline.settings`` (``MEASURED_TREES``) does, so that options are made anew; a test says so.
 """
 
 from __future__ import annotations
