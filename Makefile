@@ -242,7 +242,7 @@ ssl-options: $(READY)  ## options of robots of SSL that drive in all directions 
 	$(BIN)/python data/studies/omnidirectional/study.py $(RECORDINGS)
 	$(BIN)/python data/studies/omnidirectional/playing.py $(RECORDINGS)
 
-from-recordings: $(READY)  ## copies of six teams from their recordings, all of the study (four hours; PSIM=PYTHON: two and a half more, in pSim)
+from-recordings: $(READY)  ## copies of six teams from their recordings, all of the study (four and a half hours; PSIM=PYTHON: two and a half more, in pSim)
 	$(BIN)/python data/studies/from_recordings/everything.py $(or $(PSIM),-)
 
 # The network lies in the study's folder; other processors may train a slightly other one.

@@ -10,7 +10,7 @@ import harness
 import numpy as np
 import polars as pl
 import pytest
-from from_recordings import everything, executed, gain, psim, rebuilt, recovered, study, wheels
+from from_recordings import everything, executed, gain, psim, rebuilt, recovered, sets, study, wheels
 from options import motion, rolling
 from peers.network import load
 
@@ -38,6 +38,12 @@ def test_tables(tmp_path, monkeypatch):
     assert table["recordings"].to_list() == [0, 0, *[2] * 9]
     assert table["matches"].unique().to_list() == [4]
     assert study.main(small, tmp_path, teams=("best-constant",)).equals(table)
+    monkeypatch.setattr(sets, "workers", study.workers)
+    of_sets = sets.main(small, tmp_path, ("best-constant",), of_set=1)
+    assert of_sets["recordings"].to_list() == ["0 to 0", "1 to 1", "all sets"]
+    first, second, whole = of_sets["difference"]
+    assert whole == pytest.approx((first + second) / 2, abs=0.01)
+    assert of_sets["between"][2] == pytest.approx(abs(first - second) / 2**0.5, abs=0.02)
     ahead = motion.main(small, tmp_path / "motion.csv", ("best-constant",), count=1, foretell=1, sample=None)
     assert ahead["by"].n_unique() == 6
     assert ahead["by"].len() == 18
@@ -94,19 +100,24 @@ def test_everything(tmp_path, monkeypatch, capsys):
     ran = []
 
     def run(words, check):
+        if words[1:] == ["-c", "import pSim"]:
+            return SimpleNamespace(returncode=int(words[0] == "true"))
         ran.append(Path(words[1]))
-        return SimpleNamespace(returncode=int(len(ran) == 3))
+        return SimpleNamespace(returncode=int(len(ran) == 4))
 
     monkeypatch.setattr(everything, "subprocess", SimpleNamespace(run=run))
+    for bare in ("true", "no-such-python"):
+        with pytest.raises(SystemExit, match=f"PSIM={bare} is no Python that has pSim"):
+            everything.main(bare, tmp_path, tmp_path)
     with pytest.raises(SystemExit, match=r"psim\.py ended with 1: mend .* goes on there"):
         everything.main("python", tmp_path, tmp_path)
-    assert "6.5 h on two free cores" in capsys.readouterr().out
+    assert "7.0 h on two free cores" in capsys.readouterr().out
     everything.main("python", tmp_path, tmp_path)
-    assert [path.stem for path in ran] == ["study", "motion", "psim", "psim", "recovered", "rebuilt", "gain"]
+    assert [path.stem for path in ran] == ["study", "sets", "motion", "psim", "psim", "recovered", "rebuilt", "gain"]
     assert all(path.exists() for path in ran)
     everything.main("-", tmp_path, tmp_path)
-    assert "psim" not in [path.stem for path in ran[7:]]
-    assert len(ran) == 12
+    assert "psim" not in [path.stem for path in ran[8:]]
+    assert len(ran) == 14
     assert "without pSim" in capsys.readouterr().out
 
 

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from shutil import which
 from typing import NamedTuple
 
 from harness import ROOT, going_on
@@ -32,6 +33,7 @@ def steps(psim: str, data: Path) -> Iterator[Step]:
     """The parts in the order in which they need each other; ``psim`` as the module says."""
     own = (str(data),)
     yield Step("from_recordings/study.py", own, 1.5, "goals.csv, and seasons of two apprentices")
+    yield Step("from_recordings/sets.py", own, 0.5, "sets.csv: copies from other recordings of a team")
     yield Step("options/motion.py", own, 0.2, "motion.csv: half a second ahead")
     if psim != "-":
         yield Step("from_recordings/psim.py", (psim, *own), 2.5, "psim.csv: five teams in pSim")
@@ -57,7 +59,14 @@ def run(step: Step) -> float:
 
 
 def main(psim: str, data: Path, out: Path = FOLDER) -> list[float]:
-    """Say the hours, and run what has not ended; the hours that each part took."""
+    """Say the hours, and run what has not ended; the hours that each part took.
+
+    Raises:
+        SystemExit: if ``psim`` is no Python that has pSim, before anything is run; or if a part fails.
+    """
+    asked = [psim, "-c", "import pSim"]
+    if psim != "-" and (which(psim) is None or subprocess.run(asked, check=False).returncode):  # noqa: S603
+        raise SystemExit(f"PSIM={psim} is no Python that has pSim: name one, or leave PSIM out")
     planned = list(steps(psim, data))
     for step in planned:
         print(f"{step.hours:4.1f} h  {step.script}: {step.tables}")
