@@ -95,7 +95,7 @@ def commands() -> str:
     """The page of all commands: arguments, options, defaults and an example of each."""
     text = command_line().generate_docs(output_format="markdown")
     text = text.replace("# pitchlore\n", "# Commands\n", 1)
-    text = re.sub(r"## Table of Contents\n.*?(?=\*\*Commands\*\*)", "", text, count=1, flags=re.DOTALL)
+    text = re.sub(r"## Table of Contents\n.*?(?=\*\*Start\*\*)", "", text, count=1, flags=re.DOTALL)
     for command in COMMANDS:
         heading = f"# pitchlore {command.name}\n"
         text = text.replace(heading, f"{heading}\nExample: `{command.example}`\n", 1)

@@ -57,187 +57,197 @@ GROUPS = {
     "server": "Keep a Prefect server for the data folder. Later commands find and use it.",
 }
 
-COMMANDS = (
-    Command(
-        "import", "import_:import_files",
-        "Import recordings of matches, as logs or tracking tables.",
-        "pitchlore import derby.csv --map our-camera.toml",
+#: Commands by the part of the help that lists them. Commands of two words stand where the first of their
+#: group does.
+PANELS = {
+    "Start": (
+        Command(
+            "demo", "demo:demo",
+            "Take a recording and three played matches through every stage, and show the results.",
+            "pitchlore demo derby.csv",
+        ),
+        Command(
+            "import", "import_:import_files",
+            "Import recordings of matches, as logs or tracking tables.",
+            "pitchlore import derby.csv --map our-camera.toml",
+        ),
+        Command(
+            "run", "run:run",
+            "Bring everything up to date: import the inbox, run every stage, emit knowledge, train a policy.",
+            "pitchlore run --settings club.toml",
+        ),
+        Command(
+            "watch", "watch:watch_match",
+            "Record the match that is being played, by the packets of a league's cameras and referee.",
+            "pitchlore watch ssl --interface 192.168.1.20",
+        ),
+        Command(
+            "serve", "serve:serve",
+            "Call `run` on a schedule, until Ctrl-C; brings a Prefect server if there is none.",
+            'pitchlore serve --cron "0 6 * * 1"',
+        ),
     ),
-    Command(
-        "demo", "demo:demo",
-        "Take a recording and three played matches through every stage, and show the results.",
-        "pitchlore demo derby.csv",
+    "Look": (
+        Command(
+            "scout", "scout:scout",
+            "Write pages on teams, matches and behaviours, with clips; they open from disk.",
+            "pitchlore scout --open",
+        ),
+        Command(
+            "replay", "replay:replay",
+            "Write a match as a web page with pitch, situations and goals, or a part of it as a GIF.",
+            "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",
+        ),
+        Command(
+            "commentary", "commentary:commentary",
+            "Tell a match in words: goals and how they came about, chances, restarts, possession, numbers.",
+            "pitchlore commentary rsim-vss-3v3 --goals",
+        ),
+        Command(
+            "sql", "sql:sql",
+            "Query the catalogue in DuckDB's SQL, read-only.",
+            'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
+        ),
+        Command(
+            "export", "export:export",
+            "Write a match as CSV or Parquet, for kloppy and floodlight, for Foxglove or Rerun.",
+            "pitchlore export rsim-vss-3v3 --to rerun",
+        ),
+        Command(
+            "notebooks", "notebooks:notebooks",
+            "Copy Pitchlore's notebooks into a folder, and open them in JupyterLab.",
+            "pitchlore notebooks --data league",
+        ),
+        Command(
+            "situations", "situations:situations",
+            "Print the rules of all situations, or their fuzzy terms.",
+            "pitchlore situations --terms --kind ssl",
+        ),
+        Command(
+            "kb list", "kb:list_versions",
+            "List the versions of the knowledge.",
+            "pitchlore kb list",
+        ),
+        Command(
+            "kb show", "kb:show",
+            "Show the behaviours of a version, the newest by default.",
+            "pitchlore kb show 3",
+        ),
+        Command(
+            "kb diff", "kb:diff",
+            "Show what changed from one version to another, the newest by default.",
+            "pitchlore kb diff 1 2",
+        ),
+        Command(
+            "policy show", "policy:show",
+            "Show the states of a policy in words, the newest by default, and how sure it is in each.",
+            "pitchlore policy show --role striker --unsure",
+        ),
+        Command(
+            "report", "report:report",
+            "Write a report on all seasons: the paper's tables, figures and claims beside ours.",
+            "pitchlore report --export season-report",
+        ),
     ),
-    Command(
-        "record", "record:record_matches",
-        "Play matches in the simulator and log them.",
-        "pitchlore record --home static --away random --seed 7 --matches 3",
+    "Play": (
+        Command(
+            "play", "play:play",
+            PLAY,
+            "pitchlore play --against static --minutes 2",
+        ),
+        Command(
+            "record", "record:record_matches",
+            "Play matches in the simulator and log them.",
+            "pitchlore record --home static --away random --seed 7 --matches 3",
+        ),
+        Command(
+            "evaluate", "evaluate:evaluate_team",
+            "Measure a team by many matches: pairs of one seed with sides swapped, and 95 % intervals.",
+            "pitchlore evaluate --policy best-static-1 --against static --matches 200",
+        ),
+        Command(
+            "train", "train:train",
+            "Train the next policy version on the newest knowledge.",
+            "pitchlore train --settings longer.toml",
+        ),
+        Command(
+            "imitate", "imitate:imitate",
+            "Rebuild a team from its recordings; it plays as imitated:TEAM.",
+            'pitchlore imitate "FC Portugal"',
+        ),
+        Command(
+            "season", "season:season",
+            "Play seasons: in each game play, watch the opponent, and learn for the next game.",
+            "pitchlore season --settings paper --seasons 5",
+        ),
+        Command(
+            "drive", "drive:drive_robots",
+            "Let a team drive robots that another program simulates, until Ctrl-C.",
+            "pitchlore drive --team best-in-games-static-101 --as blue --protocol vsss",
+        ),
+        Command(
+            "minari", "minari:minari",
+            "Write the decisions of matches as a Minari dataset, for offline learners.",
+            "pitchlore minari derby/decisions-v0 rsim-vss-3v3",
+        ),
+        Command(
+            "paradigms", "paradigms:paradigms",
+            "Play the paper's three games with its learners and with others, and judge its claims.",
+            "pitchlore paradigms --figure 5 --runs 2000",
+        ),
     ),
-    Command(
-        "season", "season:season",
-        "Play seasons: in each game play, watch the opponent, and learn for the next game. Against a person "
-        "each game is played in the window; the same command goes on with the next.",
-        "pitchlore season --settings paper --seasons 5",
+    "Maintain": (
+        Command(
+            "runs", "runs:runs",
+            "List the last runs: start, length, what was made, failures, cost.",
+            "pitchlore runs --last 5",
+        ),
+        Command(
+            "quarantine", "quarantine:quarantine",
+            "List the quarantine: recordings and matches that a stage refused, and the reasons.",
+            "pitchlore quarantine --clear",
+        ),
+        Command(
+            "forget", "forget:forget",
+            "Remove a match and all that was made from it, but for knowledge and policies.",
+            "pitchlore forget derby-1f2e3d4c5b6a",
+        ),
+        Command(
+            "verify", "verify:verify",
+            "Check every byte of the data folder, and restore damaged files from a backup.",
+            "pitchlore verify --restore-from /mnt/backup/league",
+        ),
+        Command(
+            "prune", "prune:prune",
+            "Remove superseded files: those that no receipt names any more.",
+            "pitchlore prune",
+        ),
+        Command(
+            "kb verify", "kb:verify",
+            "Check every file of every version (or of one) against its SHA-256, or restore it from a backup.",
+            "pitchlore kb verify --restore-from /mnt/backup/league",
+        ),
+        Command(
+            "server start", "server:start",
+            "Start the data folder's Prefect server, and print the address of its pages.",
+            "pitchlore server start",
+        ),
+        Command(
+            "server stop", "server:stop", "Stop the data folder's Prefect server.", "pitchlore server stop",
+        ),
+        Command(
+            "server status", "server:status",
+            "Say whether the data folder's Prefect server runs, and where.",
+            "pitchlore server status",
+        ),
     ),
-    Command(
-        "evaluate", "evaluate:evaluate_team",
-        "Measure a team by many matches: pairs of one seed with sides swapped, and 95 % intervals.",
-        "pitchlore evaluate --policy best-static-1 --against static --matches 200",
-    ),
-    Command(
-        "play", "play:play",
-        PLAY,
-        "pitchlore play --against static --minutes 2",
-    ),
-    Command(
-        "drive", "drive:drive_robots",
-        "Let a team drive robots that another program simulates, until Ctrl-C.",
-        "pitchlore drive --team best-in-games-static-101 --as blue --protocol vsss",
-    ),
-    Command(
-        "watch", "watch:watch_match",
-        "Record the match that is being played, as its packets arrive from a league's cameras and referee.",
-        "pitchlore watch ssl --interface 192.168.1.20",
-    ),
-    Command(
-        "run", "run:run",
-        "Bring everything up to date: import the inbox, run every stage, emit knowledge, train a policy.",
-        "pitchlore run --settings club.toml",
-    ),
-    Command(
-        "train", "train:train",
-        "Train the next policy version on the newest knowledge.",
-        "pitchlore train --settings longer.toml",
-    ),
-    Command(
-        "imitate", "imitate:imitate",
-        "Rebuild a team from its recordings; it plays as imitated:TEAM.",
-        'pitchlore imitate "FC Portugal"',
-    ),
-    Command(
-        "serve", "serve:serve",
-        "Call `run` on a schedule, until Ctrl-C; brings a Prefect server if there is none.",
-        'pitchlore serve --cron "0 6 * * 1"',
-    ),
-    Command(
-        "sql", "sql:sql",
-        "Query the catalogue in DuckDB's SQL, read-only.",
-        'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
-    ),
-    Command(
-        "notebooks", "notebooks:notebooks",
-        "Copy Pitchlore's notebooks into a folder, and open them in JupyterLab.",
-        "pitchlore notebooks --data league",
-    ),
-    Command(
-        "situations", "situations:situations",
-        "Print the rules of all situations, or their fuzzy terms.",
-        "pitchlore situations --terms --kind ssl",
-    ),
-    Command(
-        "paradigms", "paradigms:paradigms",
-        "Play the paper's three games with its learners and with others, and judge its claims.",
-        "pitchlore paradigms --figure 5 --runs 2000",
-    ),
-    Command(
-        "report", "report:report",
-        "Write a report on all seasons: the paper's Table 3, Figures 8 to 10 and claims beside our results.",
-        "pitchlore report --export season-report",
-    ),
-    Command(
-        "runs", "runs:runs",
-        "List the last runs: start, length, what was made, failures, cost.",
-        "pitchlore runs --last 5",
-    ),
-    Command(
-        "quarantine", "quarantine:quarantine",
-        "List the quarantine: recordings and matches that a stage refused, and the reasons.",
-        "pitchlore quarantine --clear",
-    ),
-    Command(
-        "forget", "forget:forget",
-        "Remove a match and everything made from it. Knowledge and policies keep what they learned from it.",
-        "pitchlore forget derby-1f2e3d4c5b6a",
-    ),
-    Command(
-        "verify", "verify:verify",
-        "Check every byte of the data folder, and restore damaged files from a backup.",
-        "pitchlore verify --restore-from /mnt/backup/league",
-    ),
-    Command(
-        "prune", "prune:prune",
-        "Remove superseded files: those that no receipt names any more.",
-        "pitchlore prune",
-    ),
-    Command(
-        "scout", "scout:scout",
-        "Write pages about the league, its matches, teams and behaviours, with clips; they open from disk.",
-        "pitchlore scout --open",
-    ),
-    Command(
-        "replay", "replay:replay",
-        "Write a match as a web page with pitch, situations and goals, or a part of it as a GIF.",
-        "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",
-    ),
-    Command(
-        "commentary", "commentary:commentary",
-        "Tell a match in words: goals and how they came about, chances, restarts, possession, numbers.",
-        "pitchlore commentary rsim-vss-3v3 --goals",
-    ),
-    Command(
-        "export", "export:export",
-        "Write a match as CSV or Parquet, for kloppy and floodlight, or for the viewers Foxglove and Rerun.",
-        "pitchlore export rsim-vss-3v3 --to rerun",
-    ),
-    Command(
-        "minari", "minari:minari",
-        "Write the decisions of matches as a Minari dataset, for offline learners.",
-        "pitchlore minari derby/decisions-v0 rsim-vss-3v3",
-    ),
-    Command(
-        "server start", "server:start",
-        "Start the data folder's Prefect server, and print the address of its pages.",
-        "pitchlore server start",
-    ),
-    Command(
-        "server stop", "server:stop", "Stop the data folder's Prefect server.", "pitchlore server stop",
-    ),
-    Command(
-        "server status", "server:status",
-        "Say whether the data folder's Prefect server runs, and where.",
-        "pitchlore server status",
-    ),
-    Command(
-        "policy show", "policy:show",
-        "Show the states of a policy in words, the newest by default, and how sure it is in each.",
-        "pitchlore policy show --role striker --unsure",
-    ),
-    Command(
-        "kb list", "kb:list_versions",
-        "List the versions of the knowledge.",
-        "pitchlore kb list",
-    ),
-    Command(
-        "kb show", "kb:show",
-        "Show the behaviours of a version, the newest by default.",
-        "pitchlore kb show 3",
-    ),
-    Command(
-        "kb diff", "kb:diff",
-        "Show what changed from one version to another, the newest by default.",
-        "pitchlore kb diff 1 2",
-    ),
-    Command(
-        "kb verify", "kb:verify",
-        "Check every file of every version (or of one) against its SHA-256, or restore it from a backup.",
-        "pitchlore kb verify --restore-from /mnt/backup/league",
-    ),
-)
+}
+COMMANDS = tuple(command for panel in PANELS.values() for command in panel)
 
 
 def command_line() -> App:
     """The command line of all commands."""
-    from cyclopts import App  # noqa: PLC0415 (see _call)
+    from cyclopts import App, Group  # noqa: PLC0415 (see _call)
 
     app = App(
         name="pitchlore",
@@ -246,14 +256,21 @@ def command_line() -> App:
         suppress_keyboard_interrupt=False,  # see pipeline.engine.interrupt
         result_action="return_value",  # else it exits, before the output is flushed
     )
-    groups = {word: App(name=word, help=meaning) for word, meaning in GROUPS.items()}
-    for command in COMMANDS:
-        first, _, second = command.name.partition(" ")
-        (groups[first] if second else app).command(
-            f"pitchlore.flows.commands.{command.target}", name=second or first, help=command.help,
-            help_epilogue=f"Example: {command.example}")
-    for group in groups.values():
-        app.command(group)
+    rest = Group("Options", sort_key=len(PANELS))
+    for flag in ("--help", "--version"):
+        app[flag].group = rest
+    groups: dict[str, App] = {}
+    for place, (title, commands) in enumerate(PANELS.items()):
+        panel = Group(title, sort_key=place)
+        for command in commands:
+            rank = COMMANDS.index(command)
+            first, _, second = command.name.partition(" ")
+            if second and first not in groups:
+                groups[first] = App(name=first, help=GROUPS[first], group=panel, sort_key=rank)
+                app.command(groups[first])
+            (groups[first] if second else app).command(
+                f"pitchlore.flows.commands.{command.target}", name=second or first, help=command.help,
+                help_epilogue=f"Example: {command.example}", group=None if second else panel, sort_key=rank)
     return app
 
 

@@ -102,7 +102,7 @@ def test_evaluate_output(call, tmp_path):
     ("record", "--robots", "0"), ("play", "--robots", "0"), ("record", "--matches", "0"), ("evaluate", "--matches", "3"),
     ("record", "--seed", "-1"), ("play", "--seed", "-1"), ("season", "--seed", "99999999"), ("season", "--seed", "-1"),
     ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
-    ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
+    ("season", "--settings", "bst"), ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
     ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"), ("recrod",),
 ])
 def test_bad_options(call, tmp_path, words):
@@ -114,7 +114,7 @@ def test_bad_options(call, tmp_path, words):
     assert line.startswith("pitchlore: ")
     assert "Unexpected" not in line
     assert words[-2 if len(words) > 1 else 0].strip("-") in line
-    assert any(step in line for step in ("--help`.", "Ask for 4.", "Leave it out", "Mend the option", "Play with fewer robots"))
+    assert any(step in line for step in ("--help`.", "Ask for 4.", "Leave it out", "Mend the option", "Play with fewer robots", "(did you mean best?)"))
     assert not (tmp_path / "data" / "matches").exists()
 
 
@@ -250,11 +250,29 @@ def test_import_goes_on(call, tmp_path):
     good, bad = tmp_path / "good.csv", tmp_path / "notes.txt"
     clip(0.0, 10.0).write_csv(good)
     bad.write_text("dear diary")
-    code, out, _ = call("import", bad, good, tmp_path / "gone.csv", "--data", tmp_path / "data")
+    code, out, err = call("import", bad, good, tmp_path / "gone.csv", "--data", tmp_path / "data")
     assert code == 1
     assert "1 imported, 0 already here, 2 not imported" in out
-    assert "notes.txt" in out
-    assert "gone.csv" in out
+    assert f"failed {bad}: is not a recording" in out
+    assert out.count("gone.csv") == 1
+    assert "1/3" in err, "the bar counts what was imported"
+
+
+def test_import_of_a_folder(call, tmp_path):
+    """A folder stands for the recordings in it, not for its hidden files, maps and others; those are named once."""
+    league, data = tmp_path / "league", tmp_path / "league" / "data"
+    for path in ("notes.txt", "map.toml", ".git/x", "b/photo.png", "data/scout/old.json"):
+        (league / path).parent.mkdir(parents=True, exist_ok=True)
+        (league / path).write_text("")
+    says = f"pitchlore: {league}: holds no recording that can be read by itself: b/photo.png, notes.txt. Name one"
+    code, _, err = call("import", league, "--data", data)
+    assert (code, err.startswith(says), list(data.glob("matches"))) == (1, True, [])
+    clip(0.0, 10.0).write_csv(league / "b" / "first.csv")
+    clip(0.0, 11.0).write_csv(league / "second.csv")
+    code, out, _ = call("import", league, "--data", data)
+    assert (code, "2 imported, 0 already here, 0 not imported" in out) == (0, True)
+    assert f"{league}: 2 recordings; no recordings, and passed over: b/photo.png, notes.txt.\n" in out
+    assert not Store(data).quarantined()
 
 
 def test_import_shows_the_flaws(call, tmp_path):

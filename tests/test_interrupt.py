@@ -133,7 +133,8 @@ def test_work_stops(flow, prefect_server, moment, presses, words, there):
 
 def test_stop_while_starting(tmp_path):
     """Ctrl-C stops a flow while Prefect starts."""
-    with terminal("run", "--flow", "--data", tmp_path / "data") as command:
+    (tmp_path / "inbox").mkdir()
+    with terminal("run", "--flow", "--data", tmp_path) as command:
         command.until("starting")
         time.sleep(1.0)
         assert_stopped(command)

@@ -48,8 +48,8 @@ def test_pitch(text, pitch):
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    ("[pitch]\nlenght = 3", r"pitch\.lenght: there is no such key, only"),
-    ("[cammera]\nlatency_s = 0.1", "cammera: there is no such key, only"),
+    ("[pitch]\nlenght = 3", r"pitch\.lenght: there is no such key \(did you mean length\?\)"),
+    ("[cammera]\nlatency_s = 0.1", r"cammera: there is no such key \(did you mean camera\?\)"),
     ('[pitch]\nkind = "3d"', "pitch.kind: input should be 'vsss', 'ssl', '2d' or 'human'"),
     ("[pitch]\nlength = inf", r"pitch\.length: input should be a finite number"),
     ('pitch = "ssl"', "pitch: "),

@@ -66,7 +66,7 @@ def test_every_command_is_there():
 LOOKING = [
     ("sql", "select 1"), ("kb", "list"), ("kb", "show"), ("kb", "diff", "1"), ("kb", "verify"), ("replay", "x"),
     ("commentary", "x"), ("runs",), ("quarantine",), ("quarantine", "--clear"), ("report",), ("forget", "x"), ("prune",), ("verify",),
-    ("server", "status"), ("server", "stop"),
+    ("server", "status"), ("server", "stop"), ("scout",), ("run",), ("run", "--plan"),
 ]
 
 

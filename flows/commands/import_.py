@@ -9,6 +9,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
+from pitchlore.flows.commands.folders import recordings_in
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
@@ -26,7 +27,8 @@ from pitchlore.schemas import SIDES
 
 
 def import_files(
-    *files: Annotated[UserPath, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.", json_list=False)],
+    *files: Annotated[UserPath, Parameter(json_list=False, help=(
+        f"Recordings, plain or gzipped: {FORMATS}. Of a folder, all in it and in its folders."))],
     mapping: Annotated[UserPath | None, Parameter(name="--map")] = None,
     origin: Annotated[str | None, Parameter(name="--from", help=(
         "kloppy:PROVIDER: the files are one recording of football, in the provider's order: "
@@ -46,7 +48,7 @@ def import_files(
     """Import recordings of matches, as logs or tracking tables, or one of football, as kloppy reads it.
 
     Args:
-        files: Recordings. Their format is detected from their content.
+        files: Recordings, or folders of them. Their format is detected from their content.
         mapping: TOML file that names a tracking table's columns, units, axes and teams (default: FILE.toml
             or map.toml beside the recording, else the map that the match was imported with). An empty file
             takes the map away.
@@ -67,7 +69,8 @@ def import_files(
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
     for path in (*files, *([mapping] if mapping else ())):
         check_local(path)
-    store = common.store
+    store, chosen = common.store, common.settings(settings)
+    files, notes = (files, []) if origin else recordings_in(store, files, chosen.imports)
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
     if form is not None:
         if mapping is not None:
@@ -81,9 +84,9 @@ def import_files(
             raise BadSettings("--map is for tracking tables, and files of --from describe themselves",
                               next_step="Leave --map out")
         recordings = [Recording(file=files[0], provider=provider_of(origin), more=files[1:])]
-    chosen = common.settings(settings)
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_in(store, recordings, limits, on or chosen.placement.on, chosen.history)
+    report.notes = notes + report.notes
     if json:
         print_json(report.model_dump())
     else:

@@ -8,9 +8,8 @@ from typing import ParamSpec, TypeVar
 
 from pydantic import BaseModel
 
-from pitchlore.flows.commands.printing import bars
+from pitchlore.flows.commands.waiting import bars
 from pitchlore.flows.server import Keeper, named
-from pitchlore.pipeline.engine.progress import listener
 from pitchlore.pipeline.store import Store
 
 P = ParamSpec("P")
@@ -34,9 +33,7 @@ def perform(store: Store, flow: str, result: type[R], work: Callable[P, R], *, a
 
     def done(*given: P.args, **how: P.kwargs) -> R:
         with ExitStack() as stack:
-            progress = stack.enter_context(bars())
-            token = listener.set(progress)
-            stack.callback(listener.reset, token)
+            stack.enter_context(bars())
             url = named(store.root)
             if url is None and not as_flow:
                 return work(*given, **how)

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from datetime import date, time
 from decimal import Decimal
 
 import polars as pl
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -97,9 +95,11 @@ def say(line: str) -> None:
 
 
 def print_failed(failures: Mapping[str, str], word: str = "failed") -> None:
-    """Print what could not be done and why, a line each."""
+    """Print what could not be done and why, a line each, which names it once."""
     for what, why in failures.items():
-        console().print(Text.assemble((word, "bold red"), f" {what}: {why}"), soft_wrap=True)
+        name, colon, rest = why.partition(": ")
+        said = rest if colon and what.endswith(name) else why
+        console().print(Text.assemble((word, "bold red"), f" {what}: {said}"), soft_wrap=True)
 
 
 def print_frame(frame: pl.DataFrame, title: str = "") -> None:
@@ -161,37 +161,3 @@ def print_known(version: Knowledge | Policy) -> None:
     if shares:
         console().print(f"decisions of {version.imitates or 'all teams'} in known states: {shares}",
                         soft_wrap=True, highlight=False)
-
-
-class Bars:
-    """Progress bars, one for each stage with work; a :class:`pipeline.engine.progress.Listener`."""
-
-    def __init__(self, progress: Progress) -> None:
-        self.progress = progress
-        self.bars: dict[str, TaskID] = {}
-        self.starting: TaskID | None = progress.add_task("starting", total=None)
-
-    def begin(self, noun: str, total: int) -> None:
-        """Add to a stage's bar."""
-        if not total:
-            return
-        if self.starting is not None:
-            self.progress.remove_task(self.starting)
-            self.starting = None
-        if noun in self.bars:
-            bar = next(task for task in self.progress.tasks if task.id == self.bars[noun])
-            self.progress.update(bar.id, total=(bar.total or 0) + total)
-        else:
-            self.bars[noun] = self.progress.add_task(noun, total=total)
-
-    def advance(self, noun: str, name: str) -> None:
-        """Move a stage's bar on."""
-        self.progress.advance(self.bars[noun])
-
-
-@contextmanager
-def bars() -> Iterator[Bars]:
-    """Progress bars on standard error while a flow runs."""
-    columns = (TextColumn("{task.description:>13}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        yield Bars(progress)

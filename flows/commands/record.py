@@ -10,7 +10,8 @@ import polars as pl
 from pitchlore.flows.commands.addresses import At, Interface, addressed
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On
 from pitchlore.flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
-from pitchlore.flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
+from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in, say
+from pitchlore.flows.commands.waiting import bars
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe
 from pitchlore.pipeline.base.errors import BadSettings, PitchloreError

@@ -67,14 +67,14 @@ def run(
     chosen = _restricted(common.settings(settings), kind, team)
     if page is not None and not plan:
         raise BadSettings("a page is of a plan", where="--page", next_step="Say --plan, too")
+    store = common.store
+    if store.mirror is None:  # a bucket may have an inbox and nothing else yet
+        store = common.existing
     if plan:
         from pitchlore.flows.commands.planned import print_plan  # noqa: PLC0415 (it loads the importers)
 
-        store = common.store  # a bucket may have an inbox and nothing else yet
-        print_plan(store if store.mirror is not None else common.existing, chosen, train=train, json=json,
-                   page=page)
+        print_plan(store, chosen, train=train, json=json, page=page)
         return
-    store = common.store
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_up_to_date(
         store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history,

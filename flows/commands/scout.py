@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, On, UserPath
 from pitchlore.flows.commands.printing import console
+from pitchlore.flows.commands.waiting import bars
 
 
 def scout(
@@ -26,7 +27,9 @@ def scout(
         on: Where pages are made.
         common: Options of every command.
     """
-    found = common.league.scout(*names, folder=output, on=on)
+    league = common.league
+    with bars():
+        found = league.scout(*names, folder=output, on=on)
     console().print(f"{found.first}: {found.new} pages written, {found.kept} kept, {found.size / 1e6:.1f} MB",
                     soft_wrap=True)
     if show:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 #: Most characters of a name that a recording gives.
 NAME_CHARACTERS = 200
@@ -27,6 +29,12 @@ def printable(text: str, most: int | None = None) -> str:
 def number_of(count: int, noun: str) -> str:
     """A number of things, such as "1 goal" or "2 goals"; the noun has a regular plural."""
     return f"{count:,} {noun if count == 1 else f'{noun}s'}"
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A question for the known word that is near to another, such as " (did you mean best?)", or ""."""
+    near = get_close_matches(word, [*known], 1)
+    return f" (did you mean {near[0]}?)" if near else ""
 
 
 def as_markdown(text: str) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.text import did_you_mean
 
 M = TypeVar("M", bound=BaseModel)
 #: Most characters of a settings file, and of a line of it.
@@ -71,18 +72,35 @@ def unfit(
     key = ".".join(str(part) for part in first["loc"]) or "it"
     said = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden" and model is not None:
-        said = f"there is no such key, only {', '.join(_keys(model, first['loc'][:-1]))}"
+        said = f"there is no such key{_instead(model, first['loc'])}"
     return BadSettings(f"{key}: {said[:1].lower()}{said[1:]}", where=where, next_step=next_step)
 
 
-def _keys(model: type[BaseModel], path: Sequence[int | str]) -> list[str]:
-    """The keys of a table in the settings of a model; path is its place."""
+def _instead(model: type[BaseModel], path: Sequence[int | str]) -> str:
+    """The key that was meant by an unknown one, in its table or another; else all keys of its table."""
+    *table, word = map(str, path)
+    own = list(_table(model, table).model_fields)
+    others = [key for key in _paths(model) if key.rpartition(".")[2] == word]
+    elsewhere = f" (did you mean {' or '.join(others)}?)" if others else f", only {', '.join(own)}"
+    return did_you_mean(word, own) or elsewhere
+
+
+def _paths(model: type[BaseModel], table: str = "") -> Iterator[str]:
+    """All keys of a model, those of its tables with the table's name."""
+    for name, field in model.model_fields.items():
+        yield f"{table}{name}"
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from _paths(field.annotation, f"{table}{name}.")
+
+
+def _table(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel]:
+    """The model of a table in the settings of a model; path is its place."""
     for part in path:
-        kind = model.model_fields[str(part)].annotation if part in model.model_fields else None
+        kind = model.model_fields[part].annotation if part in model.model_fields else None
         inner = next((each for each in (kind, *get_args(kind))
                       if isinstance(each, type) and issubclass(each, BaseModel)), None)
         model = model if inner is None else inner  # a place in a list or a dictionary has the same model
-    return list(model.model_fields)
+    return model
 
 
 def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:

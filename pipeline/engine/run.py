@@ -188,10 +188,11 @@ def perform(
         for name, output in outputs.items()
     }):
         output = outputs[name]
-        for noun in nouns[output]:
-            listener.get().advance(noun, name)
         lost = isinstance(result, Failure)
-        yield output, Outcome({}, {nouns[output][0]: result.line}) if lost else result
+        outcome = Outcome({}, {nouns[output][0]: result.line}) if lost else result
+        for noun in outcome.made:
+            listener.get().advance(noun, name)
+        yield output, outcome
 
 
 def emit_next(store: Store, stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:

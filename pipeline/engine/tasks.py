@@ -188,12 +188,12 @@ def run_pieces(
     for label, result in carried_out(task or noun, costed, measured, at_once):
         if isinstance(result, Failure):
             report.failed[label] = result.line
-        else:
-            assert isinstance(result, Costed)
-            report.made.append(label)
-            report.cost.add(label, result.spent)
-            if ended is not None:
-                ended(label, result.result)
+            continue
+        assert isinstance(result, Costed)
+        report.made.append(label)
+        report.cost.add(label, result.spent)
+        if ended is not None:
+            ended(label, result.result)
         listener.get().advance(noun, label)
     report.made.sort()
     return report

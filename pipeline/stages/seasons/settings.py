@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.text import did_you_mean
 from pitchlore.pipeline.base.toml import Frozen, fitted, overlaid, toml_tables
 from pitchlore.pipeline.settings import Settings, none_twice
 from pitchlore.schemas.seasons import PERSON
@@ -229,6 +230,7 @@ def _unfolded(said: dict[str, Any]) -> dict[str, Any]:
 def _text(name: str) -> str:
     if name not in names():
         raise NotFound(
-            f"there are no settings {name!r}", next_step=f"Name a file, or one of {', '.join(names())}")
+            f"there are no settings {name!r}{did_you_mean(name, names())}",
+            next_step=f"Name a file, or one of {', '.join(names())}")
     folder = files("pitchlore.pipeline.stages.seasons").joinpath("named")
     return folder.joinpath(f"{name}.toml").read_text(encoding="utf-8")

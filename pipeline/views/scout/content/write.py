@@ -13,7 +13,7 @@ from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, PitchloreError
 from pitchlore.pipeline.base.software import RELEASE, source_hash
 from pitchlore.pipeline.engine.placement.executors import executors
-from pitchlore.pipeline.engine.progress import RunReport, StageReport
+from pitchlore.pipeline.engine.progress import RunReport, StageReport, listener
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.commentary.words import side_names
@@ -168,7 +168,9 @@ def _matches(
     data = executors.get().path(store.root)
     pieces = [(f"matches {begin}", {"data": data, "todo": todo[begin:begin + _AT_ONCE], "around": around})
               for begin in range(0, len(todo), _AT_ONCE)]
-    for _, made in spread(executors.get(), of_matches, pieces, len(pieces)):
+    listener.get().begin("match pages", len(pieces))
+    for label, made in spread(executors.get(), of_matches, pieces, len(pieces)):
+        listener.get().advance("match pages", label)
         for match_id, done in made.items():
             for name, content in done.pages.items():
                 folder.write(name, keys[match_id][name], content)
@@ -191,7 +193,9 @@ def _teams(
             matches += min(len(team.matches), FROM)
     workers = executors.get() if matches > _AT_ONCE else executors.get().alone()
     key_of = {team.slug: key for team, key in keys.items()}
+    listener.get().begin("team pages", len(pieces))
     for slug, made in spread(workers, pages_of_team, pieces, len(pieces)):
+        listener.get().advance("team pages", slug)
         for name, content in made.items():
             folder.write(name, key_of[slug], content)
 
