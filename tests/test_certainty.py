@@ -9,6 +9,7 @@ from test_policies import GUIDE, KICK, PLAIN, decisions, occasions
 
 from pitchlore.pipeline.numbers.statistics import welch, welch_of
 from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies.batch import batch_of
 from pitchlore.pipeline.stages.policies.certainty import returns_of, states_of
 from pitchlore.pipeline.stages.policies.returns import by_pair, returns, together
 from pitchlore.pipeline.stages.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED
@@ -156,18 +157,19 @@ def test_from_decisions():
     match = decisions(("striker", 5, GUIDE, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0),
                       ("striker", 7, KICK, 0.0, "truncated", 1))
     rule = PLAIN.model_copy(update={"discount": 0.5})
-    policy, _ = train([match], known, None, rule, 1, 1)
-    first = Returns.validate(returns_of(policy, match, None, rule))
+    first_match, second_match, none = (batch_of([table], known, rule) for table in (
+        match, decisions(("striker", 7, KICK, -1.0, "terminal", 0), match="m-2"), decisions()))
+    policy, _ = train(first_match, known, None, rule, 1, 1)
+    first = Returns.validate(returns_of(policy, first_match, None, 0.5))
     assert first.select("state", "episodes", "mean", "spread").rows() == [(5, 1, 0.25, None), (7, 1, 0.5, None)]
-    lost = decisions(("striker", 7, KICK, -1.0, "terminal", 0), match="m-2")
-    both = returns_of(policy, lost, first, rule)
+    both = returns_of(policy, second_match, first, 0.5)
     assert both.select("state", "episodes", "mean").rows() == [(5, 1, 0.25), (7, 2, 0.0)]
-    assert returns_of(policy, decisions(), None, rule).is_empty()
+    assert returns_of(policy, none, None, 0.5).is_empty()
     States.validate(states_of(policy, first))
 
 
 def test_no_policy():
     """Without a pair there are no returns and no states."""
     nothing = Policies.empty()
-    assert returns_of(nothing, decisions(), None, PolicySettings()).equals(Returns.empty())
+    assert returns_of(nothing, batch_of([decisions()], nothing, PolicySettings()), None, 1.0).equals(Returns.empty())
     assert States.validate(states_of(nothing, Returns.empty())).is_empty()

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from pitchlore.pipeline.base.errors import BadSettings, SchemaMismatch
 from pitchlore.pipeline.settings import PolicySettings
+from pitchlore.pipeline.stages.policies import train as training
+from pitchlore.pipeline.stages.policies.batch import batch_of
 from pitchlore.pipeline.stages.policies.sarsa import (
     CONTINUES,
     TERMINAL,
@@ -16,7 +18,6 @@ from pitchlore.pipeline.stages.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
-from pitchlore.pipeline.stages.policies.train import train
 from pitchlore.pipeline.state import encode
 from pitchlore.schemas import ROLES, Decisions, Occasions, Policies
 
@@ -49,6 +50,11 @@ def decisions(*rows, robot=1, match="m-1", chosen=True):
         for t, row in enumerate(rows)
     ]
     return pl.DataFrame(made, schema=Decisions.dtypes())
+
+
+def train(tables, known, parent, rule, *versions):
+    """Train on the decisions of some matches."""
+    return training.train(batch_of(tables, known, rule), known, parent, rule, *versions)
 
 
 def values(table):

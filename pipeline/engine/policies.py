@@ -139,6 +139,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
         settings: settings of the stage.
         fit: fits the appraisals; None: :func:`pipeline.stages.policies.appraise.fit_action_values`.
     """
+    from pitchlore.pipeline.stages.policies.batch import batch_of  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.stages.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see pipeline.engine.stages)
     from pitchlore.pipeline.stages.policies.train import train  # noqa: PLC0415 (see pipeline.engine.stages)
 
@@ -161,19 +162,22 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     if learner == "imitation":
         seen, appraisals = habitual(next(inputs.batches("knowledge", Habits)), trees, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
+    chosen = batch_of([ordered], seen, settings)
     policy, report = train(
-        [ordered], seen, inputs.table("parent", Policies) if inputs["parent"] else None,
+        chosen, seen, inputs.table("parent", Policies) if inputs["parent"] else None,
         settings, inputs.version, knowledge.version,
     )
+    returned = returns_of(
+        policy, chosen, next(inputs.batches("parent", Returns)) if inputs["parent"] else None,
+        settings.discount)
     if learner == "sight":
         sights = pl.concat(inputs.batches("sequences", Sights))
         watched = sights.drop_nulls("code").join(
             mine, on=("match_id", "team"), how="semi", maintain_order="left")
         appraisals, kept = (fit or appraise.fit_action_values)(
             ordered, sights, seen, settings.appraisals, inputs.version, watched, trees)
-        policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
-    returned = returns_of(
-        policy, ordered, next(inputs.batches("parent", Returns)) if inputs["parent"] else None, settings)
+        policy, returned = (each.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
+                            for each in (policy, returned))
     tables = [(policy, Policies), (appraisals, Appraisals), (returned, Returns),
               (states_of(policy, returned), States)]
     return Made(tables, details={

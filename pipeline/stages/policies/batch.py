@@ -2,30 +2,60 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
 import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.settings import PolicySettings
 from pitchlore.pipeline.stages.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN
 from pitchlore.pipeline.state import project
+from pitchlore.schemas import Decisions
 from pitchlore.schemas.behaviours import moves_randomly
 from pitchlore.schemas.table import Key
 
+PAIR = ["role", "key", "state", "behaviour_id"]
 
-def batch_of(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
-    """The decisions of some matches to learn from, in order and in few bytes each.
+
+class Batch(NamedTuple):
+    """Decisions to learn from, in order and in few bytes each [T].
+
+    Attributes:
+        matches: number of their matches.
+        rows: columns role, state, behaviour_id (null if it has no value), elapsed, reward, ends, and
+            team_episode, which packs the match's number, episode, team and, in its last bit, whether a player
+            chose the decision. For influence values also robot and t_ns.
+        pairs: by key, the pair of each decision, int64 [T]: its place among those of the key, or UNKNOWN.
+    """
+
+    matches: int
+    rows: pl.DataFrame
+    pairs: Mapping[Key, I64]
+
+
+def batch_of(decisions: Iterable[pl.DataFrame], valued: pl.DataFrame, settings: PolicySettings) -> Batch:
+    """The decisions of matches to learn from, and the pairs that have a value.
 
     Args:
-        table: rows of schema Decisions.
-        before: number of the first match; the others count on from it.
-        known: the behaviours that have a value.
+        decisions: tables of schema Decisions, of one or more whole matches each. They are consumed one at a
+            time. About 38 bytes a decision are kept, 48 with influence values, and 8 for each key.
+        valued: columns role, key, state and behaviour_id: the pairs.
         settings: choice of the decisions to learn from.
-
-    Returns:
-        Columns role, state, behaviour_id (null if not ``known``), elapsed, reward, ends, and team_episode,
-        which packs the match's number, episode, team and, in its last bit, whether a player chose the
-        decision. For influence values also robot and t_ns.
     """
+    known = pl.Enum(valued["behaviour_id"].unique().sort())
+    parts, matches = [_rows(Decisions.empty(), 0, known, settings)], 0
+    for table in decisions:
+        parts.append(_rows(table, matches, known, settings))
+        matches += max(table["match_id"].rle().len(), 1)
+    rows = pl.concat(parts)
+    return Batch(matches, rows, {
+        key: _pairs(rows, valued.filter(pl.col("key") == key).sort(PAIR), key)
+        for key in valued["key"].unique().sort()})
+
+
+def _rows(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
+    """The rows of a batch from a table of schema Decisions; matches count on from a number."""
     table = table.with_columns(match=pl.col("match_id").rle_id().cast(pl.Int64) + before)
     if settings.learn_from != "both":
         table = table.filter(pl.col("chosen") == (settings.learn_from == "chosen"))
@@ -52,14 +82,8 @@ def batch_of(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicyS
     )
 
 
-def pairs_of(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
-    """Index of each decision's pair in ``own``, the pairs of one key, int64 [T]; UNKNOWN without one.
-
-    Args:
-        rows: rows of :func:`batch_of`, [T].
-        own: columns role, state and behaviour_id.
-        key: key of the states of ``own``.
-    """
+def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
+    """Index of each decision's pair in ``own``, the pairs of one key, int64 [T]; UNKNOWN without one."""
     known = rows["behaviour_id"].dtype
     index = own.select(
         "role",

@@ -6,8 +6,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.numbers.statistics import welch_of
-from pitchlore.pipeline.settings import PolicySettings
-from pitchlore.pipeline.stages.policies.batch import batch_of, pairs_of
+from pitchlore.pipeline.stages.policies.batch import PAIR, Batch
 from pitchlore.pipeline.stages.policies.returns import by_pair, returns, together
 from pitchlore.pipeline.state.words import elements_of
 from pitchlore.schemas import Returns, States
@@ -15,38 +14,36 @@ from pitchlore.schemas.policies import FEW
 from pitchlore.schemas.table import ROLES
 
 _STATE = ["role", "key", "state"]
-_PAIR = [*_STATE, "behaviour_id"]
 
 
 def returns_of(
-    policy: pl.DataFrame, decisions: pl.DataFrame, parent: pl.DataFrame | None, settings: PolicySettings
+    policy: pl.DataFrame, batch: Batch, parent: pl.DataFrame | None, discount: float
 ) -> pl.DataFrame:
     """Rows of schema Returns: what came of the pairs of a policy.
 
     Args:
         policy: rows of schema Policies, of one version.
-        decisions: rows of schema Decisions, those that the version learned from.
+        batch: the decisions that the version learned from, with the pairs of ``policy``.
         parent: rows of schema Returns of the parent, whose decisions are others; None without one.
-        settings: choice of the decisions to learn from, and the discount.
+        discount: gamma per second.
     """
-    known = pl.Enum(policy["behaviour_id"].unique().sort())
-    rows = batch_of(decisions, 0, known, settings)
+    rows = batch.rows
     elapsed, reward, ends = (rows[name].to_numpy() for name in ("elapsed", "reward", "ends"))
-    found = returns(elapsed, reward, ends, settings.discount)
+    found = returns(elapsed, reward, ends, discount)
     # chosen and seen decisions of one team in one episode share their outcome
     episode = rows["team_episode"].to_numpy() // 2
     counted = ("episodes", "mean", "spread")
-    parts = [] if parent is None else [parent.select(*_PAIR, *counted)]
+    parts = [] if parent is None else [parent.select(*PAIR, *counted)]
     for key in policy["key"].unique().sort():
         own = policy.filter(pl.col("key") == key)
-        each = by_pair(pairs_of(rows, own, key), episode, found)
-        parts.append(own.select(_PAIR)[each["pair"]].with_columns(each.select(counted)))
+        each = by_pair(batch.pairs[key], episode, found)
+        parts.append(own.select(PAIR)[each["pair"]].with_columns(each.select(counted)))
     if not parts:
         return Returns.empty()
     schema = pl.Schema(Returns.dtypes())
     return (
-        together(pl.concat(parts), _PAIR)
-        .join(policy.select(*_PAIR, "version"), on=_PAIR, how="inner", maintain_order="left")
+        together(pl.concat(parts), PAIR)
+        .join(policy.select(*PAIR, "version"), on=PAIR, how="inner", maintain_order="left")
         .select(list(schema)).cast(schema))
 
 
@@ -58,7 +55,7 @@ def states_of(policy: pl.DataFrame, returned: pl.DataFrame) -> pl.DataFrame:
         returned: rows of schema Returns of the same version.
     """
     ranked = (
-        policy.join(returned.select(*_PAIR, "episodes", "mean", "spread"), on=_PAIR, how="left")
+        policy.join(returned.select(*PAIR, "episodes", "mean", "spread"), on=PAIR, how="left")
         .with_columns(pl.col("episodes").fill_null(0))
         .sort(*_STATE, "q", "episodes", "behaviour_id",
               descending=[False, False, False, True, True, False])

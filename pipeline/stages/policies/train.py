@@ -9,7 +9,6 @@ one knows nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +17,11 @@ import polars as pl
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.settings import PolicySettings
-from pitchlore.pipeline.stages.policies.batch import batch_of, pairs_of
+from pitchlore.pipeline.stages.policies.batch import PAIR, Batch
 from pitchlore.pipeline.stages.policies.influence import Influence
 from pitchlore.pipeline.stages.policies.sarsa import UNKNOWN, LearnedValues, Transitions, sarsa_lambda
-from pitchlore.schemas import Decisions, Policies
+from pitchlore.schemas import Policies
 from pitchlore.schemas.table import ROLES
-
-_PAIR = ["role", "key", "state", "behaviour_id"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +77,7 @@ class TrainingReport:
 
 
 def train(
-    decisions: Iterable[pl.DataFrame],
+    batch: Batch,
     occasions: pl.DataFrame,
     parent: pl.DataFrame | None,
     settings: PolicySettings,
@@ -96,10 +93,9 @@ def train(
     decisions outside a key's table are passed over.
 
     Args:
-        decisions: tables of schema Decisions, of one or more matches each, of the robots that learn. They
-            are consumed one at a time; matches are learned from in this order, in every key. About 38 bytes a
-            decision are kept, 48 with influence values. Training takes some 150 bytes more a
-            decision, for any number of keys.
+        batch: the decisions of the robots that learn, with the pairs of ``occasions``
+            (:func:`pipeline.stages.policies.batch.batch_of`); matches are learned from in this order, in
+            every key. Training takes some 150 bytes more a decision, for any number of keys.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
         parent: schema Policies, the version before, or None. It is ignored if ``settings.parent`` is
             not set. A pair that it has starts from its value. A new pair starts by
@@ -119,17 +115,12 @@ def train(
         BadSettings: if the values grow beyond all bounds.
     """
     pairs = _initial(occasions, parent, settings)
-    known = pl.Enum(pairs["behaviour_id"].unique().sort())
-    parts, matches = [batch_of(Decisions.empty(), 0, known, settings)], 0
-    for table in decisions:
-        parts.append(batch_of(table, matches, known, settings))
-        matches += max(table["match_id"].rle().len(), 1)
-    rows = pl.concat(parts)
+    rows = batch.rows
     q, visits, evidence = (pairs[name].to_numpy().copy() for name in ("q", "visits", "evidence"))
     tables = {}
     for key in pairs["key"].unique().sort():
         own = pairs.filter(pl.col("key") == key)
-        at, pair = own["row"].to_numpy(), pairs_of(rows, own, key)
+        at, pair = own["row"].to_numpy(), batch.pairs[key]
         visits[at] += np.bincount(pair[pair != UNKNOWN], minlength=len(own))
         learned = _learn(rows, pair, own.with_columns(visits=visits[at]), settings)
         q[at], evidence[at] = learned.q, np.minimum(learned.seen, 1 / settings.step_size)
@@ -137,19 +128,19 @@ def train(
     policy = pairs.select(
         pl.lit(version, pl.Int32).alias("version"),
         pl.lit(knowledge_version, pl.Int32).alias("knowledge_version"),
-        *_PAIR,
+        *PAIR,
         pl.Series("q", q, dtype=pl.Float64),
         pl.Series("visits", visits, dtype=pl.Int64),
         pl.Series("evidence", evidence, dtype=pl.Float64),
     )
-    return policy, TrainingReport(matches, len(rows), tables)
+    return policy, TrainingReport(batch.matches, len(rows), tables)
 
 
 def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: PolicySettings) -> pl.DataFrame:
     """The pairs in order, with ``row``, ``new``, and the start of ``q``, ``visits`` and ``evidence``."""
     known = Policies.empty() if parent is None or not settings.parent else parent
     for name, frame in (("occasions", occasions), ("parent", known)):
-        if frame.select(_PAIR).is_duplicated().any():
+        if frame.select(PAIR).is_duplicated().any():
             raise SchemaMismatch(
                 "names a pair of state and behaviour twice", where=name,
                 next_step="Pass the rows of one version only",
@@ -157,9 +148,9 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: Pol
     best = pl.col("q").max().over("role", "key", "state")
     start = pl.coalesce(best if settings.new_pairs == "optimistic" else "value", "initial")
     return (
-        occasions.select(*_PAIR, "initial", "value")
-        .sort(_PAIR)
-        .join(known.select(*_PAIR, "q", "visits", "evidence"), on=_PAIR, how="left", maintain_order="left")
+        occasions.select(*PAIR, "initial", "value")
+        .sort(PAIR)
+        .join(known.select(*PAIR, "q", "visits", "evidence"), on=PAIR, how="left", maintain_order="left")
         .with_columns(
             pl.coalesce("q", start).alias("q"),
             pl.col("q").is_null().alias("new"),
