@@ -6,9 +6,10 @@ import os
 import random
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import polars as pl
 import pyarrow.parquet
 import pytest
 from conftest import run
@@ -20,7 +21,7 @@ from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.store import Store, parts
 from pitchlore.pipeline.store.receipts import FileRecord
-from pitchlore.schemas import PUBLIC
+from pitchlore.schemas import PUBLIC, Choices, Sequences, Sides
 
 
 @pytest.fixture
@@ -103,6 +104,43 @@ def test_whatever_happens(store, monkeypatch, spoil: Callable[[Store], object]):
     found = answers(store)
     assert verify_all(store).problems == []
     assert found == of_singles(store, monkeypatch)
+
+
+def rows_of(tables: Iterable[pl.DataFrame]) -> list[tuple[object, ...]]:
+    """The rows of tables, each match's as they follow each other."""
+    return pl.concat(tables).sort("match_id", maintain_order=True).rows()
+
+
+@pytest.mark.parametrize(("spoil", "singles"), [
+    pytest.param(lambda store: None, 0, id="as it is"),
+    pytest.param(lambda store: flip(joined(store, "sequences"), random.Random(5)), 2, id="joined file flipped"),
+    pytest.param(lambda store: joined(store, "sequences").unlink(), 2, id="joined file removed"),
+    pytest.param(lambda store: flip(next((store.root / "closed").glob("*.json")), random.Random(6)), 2, id="index flipped"),
+    pytest.param(lambda store: store.forget("sequences", next(store.receipts("sequences")).name), 1, id="one forgotten"),
+])
+def test_stages_read_parts(store, monkeypatch, spoil: Callable[[Store], object], singles: int):
+    """A stage of all matches reads what is joined of exactly the files that it is made from, else these."""
+    spoil(store)
+    read = list[str]()
+    for noun, schema in (("sequences", Sequences), ("sequences", Choices), ("sides", Sides)):
+        receipts = list(store.receipts(noun))
+        alone = rows_of(store.batches(receipts, schema.NAME, schema))
+        with monkeypatch.context() as patch:
+            batches = store.batches
+            patch.setattr(store, "batches", lambda some, *args, batches=batches: batches(
+                [(read.append(args[0]), each)[1] for each in some], *args))
+            assert rows_of(parts.read_joined(store, receipts, schema)) == alone
+    assert read.count("sequences") == singles
+    assert len(rows_of(parts.read_joined(store, receipts[:1], Sides))) == 2
+
+
+def test_same_bytes_by_parts(store):
+    """What is made of all matches has the same bytes when it is read from parts, as it is when it was made first."""
+    before = {noun: next(store.receipts(noun)).files for noun in ("behaviours", "decisions")}
+    for noun in before:
+        store.forget(noun, "all")
+    assert run(store.root).failures == {}
+    assert {noun: next(store.receipts(noun)).files for noun in before} == before
 
 
 def test_match_in_quarantine(store, monkeypatch):

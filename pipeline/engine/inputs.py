@@ -10,6 +10,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.parts import read_joined
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.schemas import Table
 
@@ -63,7 +64,7 @@ class Inputs(Protocol):
         """
 
     def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
-        """The tables of the outputs of a noun that have one, many of them joined in each; at least one."""
+        """The tables of the outputs of a noun that have one, many in each, in any order; at least one."""
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """A file other than a table, of each output of a noun; None where there is none."""
@@ -157,7 +158,7 @@ class StoreInputs(Inputs):
 
     def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""
-        return self._store.batches(self[noun], schema.NAME, schema)
+        return read_joined(self._store, self[noun], schema)
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """As for the protocol."""

@@ -23,7 +23,6 @@ from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import remedy_for
 from pitchlore.pipeline.store.receipts import FileRecord, Receipt
 from pitchlore.pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
-from pitchlore.schemas import PUBLIC
 
 _log = logging.getLogger(__name__)
 
@@ -226,12 +225,12 @@ def _is_whole(store: Store, record: FileRecord, folder: Path, known: Listed | No
 def _tables(
     out: Collection[tuple[str, str]], receipts: Iterable[Receipt], closed: Collection[str]
 ) -> Callable[[Vouched], str]:
-    """The table whose view reads a file, "" for none.
+    """The table whose rows a file has, "" for none.
 
     A removed match has no rows. A match or group in quarantine has no rows of the stage that refused it or of
     later stages: such rows would come from other settings than those of the other matches.
     """
-    names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
+    names = {tag: name for name, schema in parts.JOINED.items() for tag in schema.readable()}
     there = {receipt.name for receipt in receipts if receipt.noun == "matches"}.union(closed)
     standing: dict[str, set[str]] = {}
     refused: dict[str, set[str]] = {}

@@ -1,8 +1,9 @@
 """Closed parts: the rows of many matches in one file a table, so that a question opens few files.
 
-A part is a cache. It joins the tables of matches that are complete, beside their own files, which the stages
-read. It names the files that it was joined from, and stands as long as these are the ones that receipts name.
-If one of its matches is removed or made anew, the part is dropped, and its other matches are joined anew.
+A part is a cache. It joins the tables of matches that are complete, beside their own files. Questions read
+it, and so do stages that read many matches. It names the files that it was joined from, and stands as long as
+these are the ones that receipts name. If one of its matches is removed or made anew, the part is dropped, and
+its other matches are joined anew.
 """
 
 from __future__ import annotations
@@ -12,21 +13,24 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+import polars as pl
 import pyarrow.parquet
 
 from pitchlore.pipeline.base.digests import canonical, digest, digest_of_file
 from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.base.toml import Frozen
-from pitchlore.pipeline.store.meter import count_written
+from pitchlore.pipeline.store.meter import count_read, count_written
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import FileRecord, Receipt
 from pitchlore.pipeline.store.sealed import read_model, sealed
-from pitchlore.pipeline.store.tables import SCHEMA_KEY, written_as
-from pitchlore.schemas import PUBLIC, Table
+from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, written_as
+from pitchlore.schemas import PUBLIC, Choices, Sequences, Table
 
 #: Matches of a part. A question opens a file for each part, and one for each match that is in none.
 MATCHES = 256
+#: Tables that are joined: public ones, and those that stages read of all matches.
+JOINED: Mapping[str, type[Table]] = PUBLIC | {table.NAME: table for table in (Sequences, Choices)}
 #: The folder of parts, in a data folder.
 FOLDER = "closed"
 #: How the names of their indexes end.
@@ -37,7 +41,7 @@ class Source(NamedTuple):
     """A file with rows of one match.
 
     Attributes:
-        table: the public table.
+        table: the table.
         receipt: the receipt that names the file.
     """
 
@@ -76,7 +80,7 @@ class ClosedPart(Frozen):
 
 def members_of(sources: Sequence[Source]) -> str:
     """Digest of the names of files, and of the version that their tables are joined in."""
-    tags = {name: schema.tag() for name, schema in PUBLIC.items()}
+    tags = {name: schema.tag() for name, schema in JOINED.items()}
     return digest(canonical([
         [tags[source.table], source.record.path, source.record.sha256] for source in sources]))[:16]
 
@@ -115,10 +119,41 @@ def join_matches(store: Reading, sources: Mapping[str, Sequence[Source]]) -> Clo
     files = {}
     for table in sorted({each.table for each in every}):
         of_table = [each for each in every if each.table == table]
-        files[table] = _joined(store, PUBLIC[table], of_table)
+        files[table] = _joined(store, JOINED[table], of_table)
     part = ClosedPart(matches=matches, members=members_of(every), files=files)
     store.write_bytes(store.root / part.index, sealed(part))
     return part
+
+
+def read_joined(
+    store: Reading, receipts: Iterable[Receipt], schema: type[Table]
+) -> Iterator[pl.DataFrame]:
+    """The tables of the outputs that have one, many joined in each, at least one; from parts, if they stand.
+
+    The matches come in any order, the rows of a match together. A part's file stands for the files that it
+    was joined from, as receipts name them. If it is damaged or being dropped, these are read.
+
+    Args:
+        store: the data folder.
+        receipts: the outputs of some matches, of one noun.
+        schema: the table.
+
+    Raises:
+        NotFound, CorruptFile, SchemaMismatch: as for :meth:`pipeline.store.Store.read_table`.
+    """
+    left = {receipt.name: receipt for receipt in receipts if schema.NAME in receipt.files}
+    for part in closed_parts(store) if schema.NAME in JOINED and len(left) > 1 and not store.mirror else ():
+        own = [Source(schema.NAME, left[match]) for match in part.matches if match in left]
+        own = [each for each in own if each.record.rows]
+        record = part.files.get(schema.NAME)
+        if record is not None and record.path == _path(schema, own):
+            with suppress(OSError):
+                data = (store.root / record.path).read_bytes()
+                count_read(len(data))
+                if digest(data) == record.sha256:
+                    left = {name: left[name] for name in left.keys() - {each.receipt.name for each in own}}
+                    yield from_parquet(data, schema, where=record.path)
+    yield from store.batches((left[name] for name in sorted(left)), schema.NAME, schema)
 
 
 def remove_unnamed(store: Reading, standing: Iterable[ClosedPart]) -> None:
@@ -136,10 +171,14 @@ def drop_part(store: Reading, part: ClosedPart) -> None:
         store.drop(store.root / record.path)
 
 
+def _path(schema: type[Table], sources: Sequence[Source]) -> str:
+    """Path of the joined file of a table, which no other files have."""
+    return f"{FOLDER}/{schema.NAME}-{members_of(sources)[:12]}.parquet"
+
+
 def _joined(store: Reading, schema: type[Table], sources: Sequence[Source]) -> FileRecord:
     """Write the rows of some files as one file, a piece at a time."""
-    path = f"{FOLDER}/{schema.NAME}-{members_of(sources)[:12]}.parquet"
-    rows = 0
+    path, rows = _path(schema, sources), 0
     with store.aside(store.root / path) as temporary:
         writer: pyarrow.parquet.ParquetWriter | None = None
         for frame in store.batches((source.receipt for source in sources), schema.NAME, schema):
