@@ -135,7 +135,7 @@ def test_stages_read_parts(store, monkeypatch, spoil: Callable[[Store], object],
 
 
 def test_same_bytes_by_parts(store):
-    """What is made of all matches has the same bytes when it is read from parts, as it is when it was made first."""
+    """Behaviours and decisions have the same bytes when they are made from parts as they had before there were any."""
     before = {noun: next(store.receipts(noun)).files for noun in ("behaviours", "decisions")}
     for noun in before:
         store.forget(noun, "all")

@@ -57,6 +57,11 @@ def train(tables, known, parent, rule, *versions):
     return training.train(batch_of(tables, known, rule), known, parent, rule, *versions)
 
 
+def total(report, name):
+    """A count of a training report, over all keys and roles."""
+    return sum(getattr(table, name) for roles in report.tables.values() for table in roles.values())
+
+
 def values(table):
     return {(role, state, behaviour): q for role, state, behaviour, q in
             table.select("role", "state", "behaviour_id", "q").rows()}
@@ -101,7 +106,7 @@ def test_new_behaviour():
         ("striker", 7, "striker-046"): -0.25,  # the greatest in state 7
         ("striker", 8, KICK): 0.125,  # the parent knows nothing in state 8: the occasion says
     }
-    assert (report.pairs, report.new_pairs) == (4, 2)
+    assert (total(report, "pairs"), total(report, "new_pairs")) == (4, 2)
 
 
 def test_random_moves():
@@ -112,7 +117,7 @@ def test_random_moves():
     )
     table, report = train([match], known, None, PLAIN, 1, 1)
     assert values(table) == {("striker", 5, "striker-194"): 1.0, ("striker", 7, KICK): 1.0}
-    assert report.transitions == 2
+    assert total(report, "transitions") == 2
 
 
 def test_separate_sequences():
@@ -128,7 +133,7 @@ def test_separate_sequences():
     assert values(table) == {
         ("striker", 5, KICK): 0.0, ("striker", 6, KICK): 0.0, ("striker", 7, KICK): 0.0, ("striker", 8, GUIDE): 1.0
     }
-    assert (report.matches, report.decisions, report.transitions) == (2, 5, 2)
+    assert (report.matches, report.decisions, total(report, "transitions")) == (2, 5, 2)
 
 
 def test_time_counts_in_seconds():
@@ -163,7 +168,7 @@ def test_row_order(rows, random):
     assert once.select("role", "state", "behaviour_id").equals(pairs.select("role", "state", "behaviour_id"))
     held = match.join(pairs, on=["role", "state", "behaviour_id"], how="semi")
     assert once["visits"].sum() == len(held)
-    assert report.transitions <= len(held)
+    assert total(report, "transitions") <= len(held)
 
 
 @settings(max_examples=40)
@@ -222,7 +227,7 @@ def test_separate_keys():
     alone, _ = train([match], known.filter(pl.col("key") == "role0"), None, slow, 1, 1)
     assert alone.equals(table.filter(pl.col("key") == "role0"))
     assert [report.tables[key]["striker"].transitions for key in ("full36", "role0")] == [2, 2]
-    assert (report.pairs, report.decisions, report.transitions) == (3, 3, 4)
+    assert (total(report, "pairs"), report.decisions, total(report, "transitions")) == (3, 3, 4)
 
 
 def test_parent_keys():
@@ -231,7 +236,7 @@ def test_parent_keys():
     parent = policy(("striker", 0, KICK, 0.5), key="role0", visits=3)
     table, report = train([], known, parent, PLAIN, 2, 2)
     assert table.select("key", "q", "visits").rows() == [("full36", 0.0, 0), ("role0", 0.5, 3)]
-    assert report.new_pairs == 1
+    assert total(report, "new_pairs") == 1
 
 
 def test_visits():
@@ -242,7 +247,7 @@ def test_visits():
     second, _ = train([match], known, first, PLAIN, 2, 1)
     anew, report = train([match], known, first, PLAIN.model_copy(update={"parent": False}), 2, 1)
     assert [table["visits"].to_list() for table in (first, second, anew)] == [[0, 2], [0, 3], [0, 1]]
-    assert (report.new_pairs, report.pairs) == (2, 2)
+    assert (total(report, "new_pairs"), total(report, "pairs")) == (2, 2)
 
 
 def test_evidence():

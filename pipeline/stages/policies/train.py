@@ -60,21 +60,6 @@ class TrainingReport:
     decisions: int
     tables: dict[str, dict[str, TableTraining]]
 
-    @property
-    def pairs(self) -> int:
-        """State-behaviour pairs of all tables."""
-        return sum(table.pairs for roles in self.tables.values() for table in roles.values())
-
-    @property
-    def new_pairs(self) -> int:
-        """Pairs that the parent did not have, of all tables."""
-        return sum(table.new_pairs for roles in self.tables.values() for table in roles.values())
-
-    @property
-    def transitions(self) -> int:
-        """Updates of one sweep over all tables; a decision makes one in each key that holds its pair."""
-        return sum(table.transitions for roles in self.tables.values() for table in roles.values())
-
 
 def train(
     batch: Batch,
