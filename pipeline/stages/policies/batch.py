@@ -18,7 +18,7 @@ from pitchlore.schemas.table import Key
 PAIR = ["role", "key", "state", "behaviour_id"]
 
 
-class Batch(NamedTuple):
+class DecisionBatch(NamedTuple):
     """Decisions to learn from, in order and in few bytes each [T].
 
     Attributes:
@@ -34,7 +34,9 @@ class Batch(NamedTuple):
     pairs: Mapping[Key, I64]
 
 
-def batch_of(decisions: Iterable[pl.DataFrame], valued: pl.DataFrame, settings: PolicySettings) -> Batch:
+def batch_of(
+    decisions: Iterable[pl.DataFrame], valued: pl.DataFrame, settings: PolicySettings
+) -> DecisionBatch:
     """The decisions of matches to learn from, and the pairs that have a value.
 
     Args:
@@ -49,7 +51,7 @@ def batch_of(decisions: Iterable[pl.DataFrame], valued: pl.DataFrame, settings: 
         parts.append(_rows(table, matches, known, settings))
         matches += max(table["match_id"].rle().len(), 1)
     rows = pl.concat(parts)
-    return Batch(matches, rows, {
+    return DecisionBatch(matches, rows, {
         key: _pairs(rows, valued.filter(pl.col("key") == key).sort(PAIR), key)
         for key in valued["key"].unique().sort()})
 

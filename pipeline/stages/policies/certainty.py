@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.numbers.statistics import welch_of
-from pitchlore.pipeline.stages.policies.batch import PAIR, Batch
+from pitchlore.pipeline.stages.policies.batch import PAIR, DecisionBatch
 from pitchlore.pipeline.stages.policies.returns import by_pair, returns, together
 from pitchlore.pipeline.state.words import elements_of
 from pitchlore.schemas import Returns, States
@@ -17,7 +17,7 @@ _STATE = ["role", "key", "state"]
 
 
 def returns_of(
-    policy: pl.DataFrame, batch: Batch, parent: pl.DataFrame | None, discount: float
+    policy: pl.DataFrame, batch: DecisionBatch, parent: pl.DataFrame | None, discount: float
 ) -> pl.DataFrame:
     """Rows of schema Returns: what came of the pairs of a policy.
 

@@ -17,7 +17,7 @@ import polars as pl
 from pitchlore.pipeline.base.errors import SchemaMismatch
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.settings import PolicySettings
-from pitchlore.pipeline.stages.policies.batch import PAIR, Batch
+from pitchlore.pipeline.stages.policies.batch import PAIR, DecisionBatch
 from pitchlore.pipeline.stages.policies.influence import Influence
 from pitchlore.pipeline.stages.policies.sarsa import UNKNOWN, LearnedValues, Transitions, sarsa_lambda
 from pitchlore.schemas import Policies
@@ -62,7 +62,7 @@ class TrainingReport:
 
 
 def train(
-    batch: Batch,
+    batch: DecisionBatch,
     occasions: pl.DataFrame,
     parent: pl.DataFrame | None,
     settings: PolicySettings,
