@@ -21,6 +21,10 @@ from pitchlore.pipeline.engine.interrupt import interruptible
 if TYPE_CHECKING:
     from cyclopts import App
 
+#: Pitchlore in one sentence, as README, the site and the package say it, too.
+ABOUT = ("Pitchlore reads recorded robot-soccer matches, shows what went with winning and losing, "
+         "and trains a team.")
+
 PLAY = """Play a match yourself, with the keyboard or a gamepad. It is logged like any other match.
 
 You drive the robot with the ring. The other robots of your team play as the team static does. If you leave
@@ -252,7 +256,7 @@ def command_line() -> App:
     app = App(
         name="pitchlore",
         version=__version__,
-        help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
+        help=ABOUT,
         suppress_keyboard_interrupt=False,  # see pipeline.engine.interrupt
         result_action="return_value",  # else it exits, before the output is flushed
     )

@@ -1,4 +1,4 @@
-"""Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.
+"""Pitchlore reads recorded robot-soccer matches, shows what went with winning and losing, and trains a team.
 
 A match of a recording, and all that is made from it::
 

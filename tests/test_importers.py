@@ -253,9 +253,9 @@ def test_hopeless_gzip(tmp_path: Path) -> None:
 
 
 def test_table_of_readers() -> None:
-    """README's table of formats has the rows of READERS and football's, and a refusal names them all."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    table = readme.partition("| recording | what is read |\n|---|---|\n")[2].partition("\n\n")[0]
+    """The page's table of formats has the rows of READERS and football's, and a refusal names them all."""
+    page = (ROOT / "docs" / "how-to" / "import.md").read_text(encoding="utf-8")
+    table = page.partition("| recording | what is read |\n|---|---|\n")[2].partition("\n\n")[0]
     *rows, football = table.splitlines()
     assert rows == [f"| {reader.title} | {reader.about} |" for reader in READERS]
     assert all(provider.title.partition(",")[0].partition(" (")[0] in football for provider in PROVIDERS.values())

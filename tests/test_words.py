@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from pitchlore.flows.cli import COMMANDS, GROUPS
+from pitchlore.flows.cli import ABOUT, COMMANDS, GROUPS
 
 #: First words that leave the reader to guess the subject.
 TURNED = re.compile(r"[^\w]*(What|Whose|Whom|Who|Which|That|Those|Of|Whether)\b")
@@ -96,6 +96,13 @@ def test_one_meaning():
     assert {name: modules[name] for name in repeated - REPEATED.keys()} == {}
     assert REPEATED.keys() - repeated == set()
     assert repeated & classes == set()
+
+
+def test_one_sentence():
+    """README, the site, the package and its citation say in the same sentence what Pitchlore is."""
+    said = {name: " ".join((ROOT / name).read_text().split()) for name in (
+        "README.md", "docs/index.md", "zensical.toml", "pyproject.toml", "CITATION.cff", "pitchlore/__init__.py")}
+    assert [name for name, text in said.items() if ABOUT not in text] == []
 
 
 def test_help():

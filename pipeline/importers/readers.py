@@ -1,6 +1,6 @@
 """The formats that can be imported: one table, ``READERS``.
 
-Detection, reading, the error messages, the help of ``pitchlore import`` and README's table of formats
+Detection, reading, the error messages, the help of ``pitchlore import`` and the table of formats in docs
 all come from it. A new format is a module with two functions, ``detects`` and ``read``, and one entry here.
 """
 
@@ -42,7 +42,7 @@ class Reader:
     Attributes:
         name: name of the format, unique; also the folder of its synthetic recordings in ``tests/recordings``.
         title: name of such a file for users.
-        about: content that is read, for README; Markdown, one line.
+        about: content that is read, for docs/how-to/import.md; Markdown, one line.
         detects: whether content is of the format, by its first ``HEAD_BYTES``, inflated and never empty.
         read: match of a recording that ``detects`` has recognised: time from the first sample, our axes and
             units, the file's ``match_id`` unless the format states one of its own. What is damaged in parts
