@@ -1,12 +1,19 @@
 """The catalogue: views over what the receipts vouch for, safe to query."""
 
+import json
+import shutil
+import subprocess
+import sys
+
 import duckdb
 import pytest
 from support.outputs import put_goal
+from support.processes import COMMAND_LINES, closed
 
 from pitchlore.pipeline.base.errors import BadQuery
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.catalog import FILES, VARIABLE, pattern, quote
 from pitchlore.pipeline.store.query import ask
 from pitchlore.schemas import PUBLIC
 
@@ -55,6 +62,7 @@ def test_wildcards_in_the_path(tmp_path):
         path = refresh(store)[0]
         assert ask(path, "select robot from goals").rows() == [(robot,)]
         with duckdb.connect(str(path), read_only=True) as notebook:
+            notebook.execute(f"set variable {VARIABLE} = {quote(pattern(str(path.parent)))}")
             assert notebook.sql("select robot from goals").fetchall() == [(robot,)]
 
 
@@ -109,14 +117,50 @@ def test_open_notebook(tmp_path):
     put_goal(store, "m-1", 1)
     path = refresh(store)[0]
     with duckdb.connect(str(path), read_only=True) as notebook:
+        notebook.execute(f"set variable {VARIABLE} = {quote(str(tmp_path))}")
         put_goal(store, "m-2", 2)
         assert ask(refresh(store)[0], "select count(*) from goals").item() == 2
         assert notebook.execute("select count(*) from goals").fetchone() == (1,)
 
 
 def test_moved_folder(tmp_path):
-    """A data folder that was moved gets a new catalogue."""
+    """A catalogue moves with its folder, and stands: no path in it is absolute; other programs say where it is."""
     put_goal(Store(tmp_path / "a"), "m-1", 1)
-    refresh(Store(tmp_path / "a"))[0]
+    path = refresh(Store(tmp_path / "a"))[0]
+    with duckdb.connect(str(path), read_only=True) as connection:
+        assert str(tmp_path) not in str(connection.execute("select sql from duckdb_views()").fetchall())
+        assert str(tmp_path) not in str(connection.execute(f"from {FILES}").fetchall())
+        with pytest.raises(duckdb.IOException, match=f"say first where the data folder is: set variable {VARIABLE} ="):
+            connection.execute("from goals")
+    there = path.stat()
     (tmp_path / "a").rename(tmp_path / "b")
-    assert ask(refresh(Store(tmp_path / "b"))[0], "select count(*) from goals").item() == 1
+    moved = refresh(Store(tmp_path / "b"))[0]
+    assert (moved.stat().st_ino, moved.stat().st_mtime_ns) == (there.st_ino, there.st_mtime_ns)
+    assert ask(moved, "select count(*) from goals").item() == 1
+    with duckdb.connect(str(moved), read_only=True) as other:
+        other.execute(f"set variable {VARIABLE} = {quote(str(tmp_path / 'b'))}")
+        assert other.execute("select count(*) from goals").fetchone() == (1,)
+
+
+def test_closed_folder(finished, tmp_path):
+    """A copy elsewhere in which nothing can be written answers every question, and pages of it are written elsewhere."""
+    data, out = shutil.copytree(finished, tmp_path / "data", copy_function=shutil.copyfile), tmp_path / "out"
+    match = sorted(data.glob("matches/*.receipt.json"))[0].name.removesuffix(".receipt.json")
+    code = "select count(*) n from situations"
+    words = [["sql", code, "--csv"], ["kb", "list"], ["kb", "show"], ["kb", "verify"], ["policy", "show"], ["runs"],
+             ["quarantine"], ["verify"], ["run", "--plan"], ["commentary", match, "--goals"],
+             ["replay", match, "--output", str(out / "replay.html")], ["scout", "--out", str(out / "scout")],
+             ["export", match, "--to", "csv", "--output", str(out)]]
+    lines = json.dumps([[*each, "--data", str(data)] for each in words])
+    face = ("import pitchlore, sys; league = pitchlore.open(sys.argv[1]); m = league.matches[sys.argv[2]]; print(m.score); "
+            "print([league.sql('select count(*) from situations').fetchall() for _ in range(2)], league.lazy('goals').collect().height)")
+    rows = ask(refresh(Store(finished))[0], code).item()
+    with closed(data) as other:
+        before = sorted(data.rglob("*"))
+        first = subprocess.run([*other, sys.executable, "-c", COMMAND_LINES, lines], text=True, capture_output=True)
+        assert (first.returncode, "pitchlore:" in first.stderr) == (0, False), first.stderr
+        assert first.stdout.startswith(f"n\n{rows}\n\0")
+        second = subprocess.run([*other, sys.executable, "-c", face, str(data), match], text=True, capture_output=True, check=True)
+        assert f"[[({rows},)], [({rows},)]]" in second.stdout
+        assert sorted(data.rglob("*")) == before
+    assert (out / "scout" / "index.html").exists()

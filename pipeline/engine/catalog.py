@@ -88,7 +88,7 @@ def renew(store: Store) -> None:
 
 
 def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[Vouched]]:
-    """Build the catalogue aside and move it into place, if it is not up to date.
+    """Build the catalogue and move it into place, unless it is up to date; in a closed folder, in memory.
 
     A catalogue that another version of Pitchlore made, with other tables, is not. Damaged files are left
     out, so that the others can be queried (:func:`check_files`).
@@ -110,7 +110,7 @@ def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[Vouched]]:
             damaged = _bring_up_to_date(store, path, known, join=join)
         except CorruptFile:  # the bytes of a file changed, while its size and time did not
             damaged = _bring_up_to_date(store, path, None, join=join)
-        if not damaged:
+        if not damaged and not store.closed:
             keep_look(store, path, folders)
     return path, damaged
 
@@ -126,10 +126,13 @@ def _bring_up_to_date(
         store.bring(receipts_of(store), PUBLIC)
     files, damaged = look_over(store, known or {}, records, join=join)
     if files != known:
-        with store.aside(path) as temporary:
-            catalog.build(temporary, files, frozenset(
-                schema.NAME for noun in STAGES.nouns(Per.GROUP) for schema in STAGES[noun].schemas
-                if "match_id" in schema.columns()))
+        of_groups = frozenset(
+            schema.NAME for noun in STAGES.nouns(Per.GROUP) for schema in STAGES[noun].schemas
+            if "match_id" in schema.columns())
+        catalog.keep_in_memory(path, files if store.closed else None, of_groups)
+        if not store.closed:
+            with store.aside(path) as temporary:
+                catalog.build(temporary, files, of_groups)
     return damaged
 
 

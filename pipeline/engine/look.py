@@ -281,7 +281,7 @@ def _standing(
         whole = (_is_whole(store, record, root, known.get(path), glance(path)) for record, path in joined)
         if parts.is_current(part, sources) and all(whole):
             found.append(part)
-        else:
+        elif not store.closed:
             parts.drop_part(store, part)
     closed = {match for part in found for match in part.matches}
     young = [match for match in sources if match not in closed]

@@ -1,4 +1,8 @@
-"""The catalogue: one DuckDB file of views over the tables' files."""
+"""The catalogue: one DuckDB file of views over the tables' files.
+
+Its paths begin in the data folder, wherever that is: a folder is moved, copied and packed with its catalogue.
+Where nothing can be written, the catalogue is made in memory, for each connection anew.
+"""
 
 from __future__ import annotations
 
@@ -35,12 +39,15 @@ class Listed(NamedTuple):
     part: str = ""
 
 
-#: The files of a catalogue, by absolute path.
+#: The files of a catalogue, by absolute path; in the file itself they begin in the data folder.
 Listing = dict[str, Listed]
 #: The table of receipts, manifests and records of quarantine, which a catalogue is made by.
 RECORD = "."
 
 FILES = "catalog_files"
+#: The variable of a connection that says where the data folder is.
+VARIABLE = "pitchlore_data"
+_SAY = f"(say first where the data folder is: set variable {VARIABLE} = '/home/you/data')"
 #: The oldest DuckDB for which the file is written: all later ones read it, and that of 2.0 shuts out 1.x.
 FORMAT = "v1.0.0"
 #: The tags of the tables that the views were made for.
@@ -51,6 +58,8 @@ _LISTED = {
 _NOTHING = dict[str, str]()
 #: The process's own instance of DuckDB, if there is one: to make one takes as long as to attach ten files.
 _INSTANCE = list[duckdb.DuckDBPyConnection]()
+#: The catalogues in memory: files, and tables of groups, by the path at which there is no file.
+_IN_MEMORY: dict[Path, tuple[Listing, Collection[str]]] = {}
 _ONE_AT_A_TIME = Lock()
 
 
@@ -68,45 +77,58 @@ def build(path: Path, files: Listing, of_groups: Collection[str] = ()) -> None:
         CorruptFile: if a file is none that DuckDB can read.
     """
     try:
-        _build(path, files, of_groups)
-    except (duckdb.InvalidInputException, duckdb.BinderException, duckdb.ConversionException) as error:
-        raise CorruptFile(f"a table cannot be read ({str(error).splitlines()[0]})", where=str(path.parent),
-                          next_step="Look for the damage: `pitchlore verify`") from error
+        with _attached(path, f"storage_version '{FORMAT}'") as connection:
+            _fill(connection, path.parent, files, of_groups)
+            connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
     except (duckdb.IOException, duckdb.TransactionException, duckdb.FatalException) as error:
         raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
     finally:
         path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
 
 
-def _build(path: Path, files: Listing, of_groups: Collection[str]) -> None:
+def keep_in_memory(path: Path, files: Listing | None, of_groups: Collection[str] = ()) -> None:
+    """Take a catalogue in memory for the one of a path, as :func:`build` would make it; no files: no more."""
+    _IN_MEMORY.pop(path, None)
+    if files is not None:
+        _IN_MEMORY[path] = files, of_groups
+
+
+def _fill(
+    connection: duckdb.DuckDBPyConnection, folder: Path, files: Listing, of_groups: Collection[str]
+) -> None:
+    """Make the views and tables of a catalogue, by files in a data folder."""
+    root = f"{folder.resolve()}/"
     sources: dict[str, list[str]] = {}
     for file, listed in files.items():
-        sources.setdefault(listed.table, []).append(file)
-    with _attached(path, f"storage_version '{FORMAT}'") as connection:
-        connection.execute("pragma disable_optimizer")  # it takes longer than these small statements
-        tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
-        statements = [
-            f"create table {FILES} ({_COLUMNS})",
-            f"create table {TAGS} (tag varchar)",
-            f"insert into {TAGS} values {tags}",
-        ]
-        for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
-            rows = _select(connection, schema, sources.get(name, ()))
-            if name in of_groups:
-                rows = f"from ({rows}) where match_id in (select match_id from matches)"
-            statements += [
-                f"create view {name} as {rows}",
-                f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}",
-                *(f'comment on column {name}."{column}" is {quote(meaning)}'
-                  for column, meaning in schema.meanings().items())]
-        connection.begin()  # one write for all statements
+        sources.setdefault(listed.table, []).append(file.removeprefix(root))
+    connection.execute("pragma disable_optimizer")  # it takes longer than these small statements
+    tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
+    statements = [
+        f"create table {FILES} ({_COLUMNS})",
+        f"create table {TAGS} (tag varchar)",
+        f"insert into {TAGS} values {tags}",
+    ]
+    for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
+        rows = _select(connection, schema, sources.get(name, ()))
+        if name in of_groups:
+            rows = f"from ({rows}) where match_id in (select match_id from matches)"
+        statements += [
+            f"create view {name} as {rows}",
+            f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}",
+            *(f'comment on column {name}."{column}" is {quote(meaning)}'
+              for column, meaning in schema.meanings().items())]
+    connection.begin()  # one write for all statements
+    try:
         connection.execute(";\n".join(statements))
-        listing = [(file, each.table, *(each.seen or (None, None)), each.part)
-                   for file, each in files.items()]
-        listed = pl.DataFrame(listing, schema=_LISTED, orient="row").to_arrow()
-        connection.from_arrow(listed).insert_into(FILES)
-        connection.commit()
-        connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
+    except (duckdb.InvalidInputException, duckdb.BinderException, duckdb.ConversionException) as error:
+        raise CorruptFile(f"a table cannot be read ({str(error).splitlines()[0]})", where=str(folder),
+                          next_step="Look for the damage: `pitchlore verify`") from error
+    listing = [(file.removeprefix(root), each.table, *(each.seen or (None, None)), each.part)
+               for file, each in files.items()]
+    listed = pl.DataFrame(listing, schema=_LISTED, orient="row").to_arrow()
+    connection.from_arrow(listed).insert_into(FILES)
+    connection.commit()
+    connection.execute("pragma enable_optimizer")
 
 
 @contextmanager
@@ -119,13 +141,18 @@ def _attached(path: Path, how: str) -> Iterator[duckdb.DuckDBPyConnection]:
         try:
             with _INSTANCE[0].cursor() as connection:
                 connection.execute(f"attach {quote(str(path.absolute()))} as catalog ({how})")
-                connection.execute("use catalog")
+                _enter(connection, path)
                 yield connection
                 connection.execute("use memory")
                 connection.execute("detach catalog")
         except BaseException:
             _INSTANCE.pop().close()  # an error may have made it useless
             raise
+
+
+def _enter(connection: duckdb.DuckDBPyConnection, path: Path) -> None:
+    connection.execute(f"set variable {VARIABLE} = {quote(pattern(str(path.parent.resolve())))}")
+    connection.execute("use catalog")
 
 
 def glance(file: Path | str) -> Glance:
@@ -147,6 +174,10 @@ def listing(path: Path, *, open_only: bool = False) -> Listing | None:
     Returns:
         None if there is no readable catalogue, or if it was made for other tables or other versions of them.
     """
+    if path in _IN_MEMORY:
+        files = _IN_MEMORY[path][0]
+        return {file: each for file, each in files.items()
+                if not (open_only and each.part and each.table in ("", RECORD))}
     if not path.exists():
         return None
     wanted = f"where part = '' or table_name not in ('', '{RECORD}')" if open_only else ""
@@ -159,8 +190,9 @@ def listing(path: Path, *, open_only: bool = False) -> Listing | None:
         return None
     if {tag for (tag,) in tags} != {schema.tag() for schema in PUBLIC.values()}:
         return None
-    return {file: Listed(table, None if size is None else (size, changed), part)
-            for file, table, size, changed, part in rows}
+    root = str(path.parent.resolve())
+    return {os.path.join(root, file): Listed(table, None if size is None else (size, changed), part)  # noqa: PTH118 (see glance)
+            for file, table, size, changed, part in rows}  # earlier versions wrote absolute paths
 
 
 def connected(path: Path) -> duckdb.DuckDBPyConnection:
@@ -170,9 +202,18 @@ def connected(path: Path) -> duckdb.DuckDBPyConnection:
     old database, even after the file was replaced.
     """
     connection = duckdb.connect(":memory:")
-    connection.execute(f"attach {quote(str(path.absolute()))} as catalog (read_only)")
-    connection.execute("use catalog")
+    made = _IN_MEMORY.get(path)
+    connection.execute("attach ':memory:' as catalog" if made else (
+        f"attach {quote(str(path.absolute()))} as catalog (read_only)"))
+    _enter(connection, path)
+    if made:
+        _fill(connection, path.parent, *made)
     return connection
+
+
+def is_there(path: Path) -> bool:
+    """True if there is a catalogue for a path, in a file or in memory."""
+    return path in _IN_MEMORY or path.exists()
 
 
 def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: Sequence[str]) -> str:
@@ -180,14 +221,16 @@ def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: S
         f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
         for name, dtype in schema.dtypes().items()
     )
-    listed = ", ".join(quote(pattern(file)) for file in files)
+    inside = ", ".join(quote(pattern(file)) for file in files)
+    where = f"coalesce(getvariable({quote(VARIABLE)}), {quote(_SAY)})"
+    listed = f"list_transform([{inside}], lambda file: concat_ws('/', {where}, file))"
     if files and len(schema.readable()) == 1:
-        return f"select {columns} from read_parquet([{listed}])"
+        return f"select {columns} from read_parquet({listed})"
     nothing = _nothing(connection, schema)
     if not files:
         return nothing
     # files of earlier versions lack columns
-    every = f"from read_parquet([{listed}], union_by_name = true) union all by name {nothing}"
+    every = f"from read_parquet({listed}, union_by_name = true) union all by name {nothing}"
     return f"select {columns} from ({every})"
 
 

@@ -49,6 +49,11 @@ class Files:
         return mirror_of(self.root)
 
     @property
+    def closed(self) -> bool:
+        """True if nothing can be written into the folder: it is mounted read-only, or another user's."""
+        return self.root.exists() and not os.access(self.root, os.W_OK)
+
+    @property
     def where(self) -> str:
         """The folder's path, or its bucket's URL, for messages."""
         return self.named(self.root)

@@ -86,14 +86,15 @@ def members_of(sources: Sequence[Source]) -> str:
 
 
 def closed_parts(store: Reading) -> Iterator[ClosedPart]:
-    """The parts of a data folder with a readable index; damaged ones are removed."""
+    """The parts of a data folder with a readable index; damaged ones are removed where that can be."""
     for path in listed(store.root / FOLDER, INDEX):
         with suppress(CorruptFile):
             part = read_model(path, ClosedPart)
             if part is not None and store.root / part.index == Path(path):
                 yield part
                 continue
-        store.drop(Path(path))
+        if not store.closed:
+            store.drop(Path(path))
 
 
 def is_current(part: ClosedPart, sources: Mapping[str, Sequence[Source]]) -> bool:

@@ -1,6 +1,7 @@
 """Processes of other programs."""
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -8,6 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
+
+import pytest
 
 T = TypeVar("T")
 
@@ -29,6 +32,27 @@ for words in json.loads(sys.argv[1]):
         if ended.code: raise
     print(end="\\0", flush=True)
 """
+
+
+@contextmanager
+def closed(folder: Path) -> Iterator[list[str]]:
+    """A folder in which nothing can be written meanwhile, and words before a command that make it a common user's."""
+    if os.geteuid():
+        modes = {path: path.stat().st_mode for path in (folder, *folder.rglob("*"))}
+        for path, mode in modes.items():
+            path.chmod(mode & ~0o222)
+        try:
+            yield []
+        finally:
+            for path, mode in modes.items():
+                path.chmod(mode)
+        return
+    if not shutil.which("setpriv"):
+        pytest.skip("root needs setpriv (util-linux) to be a common user")
+    for path in (folder, *folder.rglob("*")):
+        os.chown(path, 65534, 65534)
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    yield ["setpriv", "--bounding-set=-dac_override,-dac_read_search"]
 
 
 @contextmanager

@@ -18,11 +18,12 @@ Row = tuple[str, str, int, str]
 
 #: The notebook: it asks the catalogue as our notebooks do, and prints each answer.
 NOTEBOOK = f"""
-import duckdb, json, sys, time
+import duckdb, json, os, sys, time
 while True:
     try:
         with duckdb.connect(sys.argv[1], read_only=True) as catalog:
             catalog.execute("set enable_progress_bar = false")
+            catalog.execute(f"set variable pitchlore_data = '{{os.path.dirname(sys.argv[1])}}'")
             said = catalog.sql({QUESTION!r}).fetchall()
     except duckdb.Error as error:
         said = f"{{type(error).__name__}}: {{error}}".splitlines()[0][:200]
