@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
 from pitchlore.pipeline.base.software import __version__
-from pitchlore.pipeline.engine.child import collect_rarely, hush
+from pitchlore.pipeline.engine.child import collect_rarely, hold_threads, hush, library_threads
 from pitchlore.pipeline.engine.interrupt import interruptible
 
 if TYPE_CHECKING:
@@ -304,6 +304,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run a command, and exit; the exit code is 0 only on success, and errors are one line."""
     words = sys.argv[1:] if arguments is None else arguments
     _open_streams()
+    hold_threads(library_threads(words))
     os.environ["PYTHONSAFEPATH"] = "1"  # processes of ours load no modules of the working directory
     with interruptible() as interrupted:
         _call(words, interrupted, debug="--debug" in words)

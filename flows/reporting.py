@@ -34,6 +34,6 @@ def report(data: Path, on: str | None = None) -> Reported:
         CorruptFile: if a file of a policy is gone or its bytes have changed.
     """
     with placed(on, data) as executors:
-        page = executors.alone().run(write_report, Store(executors.path(data))).page
+        page = executors.for_pieces(1).run(write_report, Store(executors.path(data))).page
     runner.get().show(lambda: f"[The report]({page})", key="report", description="where the report is")
     return Reported(page=page)

@@ -10,12 +10,15 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 from support.processes import alive, eventually
+from threadpoolctl import threadpool_info
 
 from pitchlore.pipeline.base.errors import StorageFailed, WorkerLost
-from pitchlore.pipeline.engine.placement.processes import Processes
+from pitchlore.pipeline.engine.placement import processes
+from pitchlore.pipeline.engine.placement.processes import Processes, WhenWorthwhile
 
 pytestmark = pytest.mark.slow
 
@@ -24,6 +27,11 @@ HERE = Path(__file__).parent
 
 def number(add=0):
     return os.getpid() + add
+
+
+def slowly(seconds):
+    time.sleep(seconds)
+    return os.getpid()
 
 
 def die():
@@ -83,12 +91,52 @@ def test_killed_process(tmp_path):
     assert os.getpid() not in others
 
 
-def test_processes_share_the_cores(monkeypatch):
-    monkeypatch.setenv("POLARS_MAX_THREADS", "9")  # so that what it is set to is undone
-    monkeypatch.delenv("POLARS_MAX_THREADS")
-    monkeypatch.setattr("pitchlore.pipeline.engine.placement.executors.cores", lambda: 6)
-    with Processes(3) as workers:
-        assert workers.run(pl.thread_pool_size) == 2
+#: Runs a command, and says how many threads libraries have in it.
+_THREADS_OF = """
+import sys
+from pitchlore.flows.cli import main
+try:
+    main(sys.argv[1:])
+except SystemExit:
+    from test_workers import threads
+    print(*threads())
+"""
+
+
+def threads():
+    """Threads of polars, and the most of any library of numpy's in this process."""
+    assert np.eye(2).sum() == 2
+    return pl.thread_pool_size(), max(pool["num_threads"] for pool in threadpool_info())
+
+
+@pytest.mark.parametrize(("place", "expected"), [
+    ((), "1 1"), (("--on", "processes:1"), "1 1"), (("--on=threads:2",), "2 2")])
+def test_libraries_have_the_threads_of_the_place(tmp_path, place, expected):
+    """Libraries have one thread in a command and in its processes, and as many as there are threads to work in."""
+    env = {name: value for name, value in os.environ.items() if not name.endswith("_THREADS") and name != "PITCHLORE_ON"}
+    done = subprocess.run([sys.executable, "-c", _THREADS_OF, "runs", *place, "--data", tmp_path], capture_output=True, text=True,
+                          env=env | {"PYTHONPATH": f"{HERE.parent}:{HERE}"}, check=True)
+    assert done.stdout.splitlines()[-1] == expected
+
+
+def test_a_process_takes_one_core():
+    with Processes(2) as workers:
+        assert workers.run(threads) == (1, 1)
+
+
+def test_processes_that_are_not_worthwhile(monkeypatch):
+    """Pieces are done here until they have taken some seconds, and none is done here of many."""
+    monkeypatch.setattr(processes, "HERE_S", 0.5)
+    with WhenWorthwhile(2) as few, ThreadPoolExecutor(2) as threads:
+        assert few.for_pieces(3) is few
+        assert few.run(number) == os.getpid()
+        slow = threads.submit(few.run, slowly, 1.0)
+        time.sleep(0.1)
+        assert few.run(number) != os.getpid(), "it waited for half a second"
+        assert slow.result() == os.getpid()
+        assert few.run(number) != os.getpid(), "it has worked long enough"
+    with WhenWorthwhile(2) as many:
+        assert many.for_pieces(processes.MANY).run(number) != os.getpid()
 
 
 #: What a process is made to do for ever, by who made it: a command, or `serve` (as Prefect does it).

@@ -43,7 +43,7 @@ def play_seasons(
     report = StageReport(noun=NOUN)
     waiting = list(_begin(store, seasons, report))
     with placed(on, store.root) as executors:
-        workers = executors if len(waiting) > 1 else executors.alone()
+        workers = executors.for_pieces(len(waiting))
         root = workers.path(store.root)
         with runner.get().pool(workers.width) as pool:
             while waiting or len(pool):

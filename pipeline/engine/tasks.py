@@ -149,10 +149,8 @@ def carried_out(
     Raises:
         PitchloreError: by which all others would fail, too: the cluster or the bucket cannot be used.
     """
-    workers = executors.get()
+    workers = executors.get().for_pieces(len(pieces))
     parts = list(parted(pieces, at_once, workers.width))
-    if len(parts) == 1:
-        workers = workers.alone()
     waiting = (Part(workers, function, some) for some in parts)
     tasks = ((part, _named(list(part.pieces)), part.do) for part in waiting)
     with closing(_ended(name, tasks, workers.width)) as ended:
@@ -219,7 +217,7 @@ def spread(
     Raises:
         Exception: raised by the first piece that failed; pieces that have begun end, no other begins.
     """
-    chosen = workers if count > 1 else workers.alone()
+    chosen = workers.for_pieces(count)
 
     tasks = ((label, label, partial(chosen.run, function, **arguments)) for label, arguments in pieces)
     with closing(_ended(task, tasks, chosen.width)) as ended:

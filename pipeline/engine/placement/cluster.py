@@ -23,7 +23,8 @@ from distributed.scheduler import KilledWorker
 
 from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
 from pitchlore.pipeline.base.system import locked
-from pitchlore.pipeline.engine.placement.executors import Executors, polars_threads
+from pitchlore.pipeline.engine.child import hold_threads
+from pitchlore.pipeline.engine.placement.executors import Executors
 from pitchlore.pipeline.engine.placement.identity import first_difference, identity
 from pitchlore.pipeline.store.buckets import Bucket
 from pitchlore.pipeline.store.mirrors import Mirror, ObjectChange, located, mirror_of
@@ -73,7 +74,7 @@ class Cluster:
         except Exception as error:
             raise self._ended() from error
 
-    def alone(self) -> Executors:
+    def for_pieces(self, count: int) -> Executors:
         """The same."""
         return self
 
@@ -145,9 +146,10 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
         if address:
             client = stack.enter_context(_connected(address))
         else:
+            hold_threads()
             local = stack.enter_context(LocalCluster(
                 n_workers=width, threads_per_worker=1, processes=True, dashboard_address=":0",
-                silence_logs=logging.CRITICAL, env={"POLARS_MAX_THREADS": polars_threads(width)},
+                silence_logs=logging.CRITICAL,
             ))  # type: ignore[no-untyped-call]
             client = stack.enter_context(Client(local, set_as_default=False))  # type: ignore[no-untyped-call]
         where = address or "dask:local"

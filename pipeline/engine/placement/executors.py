@@ -20,8 +20,8 @@ class Executors(Protocol):
     def width(self) -> int:
         """Number of pieces that are done at once; more of them wait."""
 
-    def alone(self) -> Executors:
-        """Executors of the tasks of a run that has only one."""
+    def for_pieces(self, count: int) -> Executors:
+        """Executors of so many pieces of work, which are given one after the other or at once."""
 
     def path(self, path: Path) -> Path:
         """A path of this process as the workers name it."""
@@ -50,7 +50,7 @@ class Here:
     def __init__(self, width: int) -> None:
         self.width = width
 
-    def alone(self) -> Executors:
+    def for_pieces(self, count: int) -> Executors:
         """The same."""
         return self
 
@@ -61,11 +61,6 @@ class Here:
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
         """Do a piece of work."""
         return work(*arguments, **named)
-
-
-def polars_threads(processes: int) -> str:
-    """POLARS_MAX_THREADS for each of some processes that share the cores."""
-    return str(max(1, cores() // processes))
 
 
 #: The executors of the flow that runs.

@@ -10,12 +10,10 @@ from typing import NamedTuple
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.system import cores
+from pitchlore.pipeline.engine.child import VARIABLE
 from pitchlore.pipeline.engine.placement.executors import Executors, Here, executors
-from pitchlore.pipeline.engine.placement.processes import Processes
+from pitchlore.pipeline.engine.placement.processes import Processes, WhenWorthwhile
 from pitchlore.pipeline.settings import PLACE
-
-#: Environment variable with the place for commands that are not told another.
-VARIABLE = "PITCHLORE_ON"
 
 
 class Place(NamedTuple):
@@ -58,7 +56,7 @@ def executors_at(word: str | None, root: Path, *, here: bool = False) -> Iterato
     """The executors of a place, while the body runs.
 
     Args:
-        word: as for :func:`place_of`.
+        word: as for :func:`place_of`; None: processes, which start once the work is long enough.
         root: the data folder, which the workers of a cluster have to see.
         here: one of several processes is this; for work of little memory.
 
@@ -72,7 +70,9 @@ def executors_at(word: str | None, root: Path, *, here: bool = False) -> Iterato
         return
     with ExitStack() as stack:
         if place.kind == "processes":
-            yield stack.enter_context(Processes(place.width, here=here))
+            chosen = here or word or os.environ.get(VARIABLE)
+            own = Processes(place.width, here=here) if chosen else WhenWorthwhile(place.width)
+            yield stack.enter_context(own)
         else:
             from pitchlore.pipeline.engine.placement.cluster import open_cluster  # noqa: PLC0415 (an extra)
 

@@ -10,12 +10,17 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, resource_tracker
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Lock
+from time import monotonic
 from types import TracebackType
 from typing import ParamSpec, Self, TypeVar
 
 from pitchlore.pipeline.base.errors import WorkerLost
-from pitchlore.pipeline.engine.child import belong
-from pitchlore.pipeline.engine.placement.executors import Executors, Here, polars_threads
+from pitchlore.pipeline.engine.child import belong, hold_threads
+from pitchlore.pipeline.engine.placement.executors import Executors, Here
+
+#: Seconds of work that are done before other processes start, and number of pieces of which none is.
+HERE_S, MANY = 3.0, 32
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -24,7 +29,7 @@ R = TypeVar("R")
 class Processes:
     """A number of processes that do one piece of work at a time; a single one is this process.
 
-    The processes share the cores: in each, polars takes only its part of them. If a process is killed, only
+    Each process takes one core: in each, libraries have one thread. If a process is killed, only
     its own work is lost, and another process is started for the next (Prefect's own pool of processes, like
     that of the standard library, loses all work with it). All end with the process that started them, however
     it ends: no process is left that could write files of a new run.
@@ -38,8 +43,7 @@ class Processes:
         self.width = width
         self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
         if width > 1:
-            # read by polars when it is imported: of this process it is too late to change anything
-            os.environ.setdefault("POLARS_MAX_THREADS", polars_threads(width))
+            hold_threads()
             _start_tracker()
         for number in range(width):
             self._free.put(None if width == 1 or (here and number == 0) else _process())
@@ -55,9 +59,9 @@ class Processes:
             if process is not None:
                 process.shutdown(wait=False, cancel_futures=True)
 
-    def alone(self) -> Executors:
-        """Here: to start another process takes a second, and no other work is lost with this one."""
-        return Here(1)
+    def for_pieces(self, count: int) -> Executors:
+        """Here if it is one: to start another process takes a second, and no other work is lost with it."""
+        return self if count > 1 else Here(1)
 
     def path(self, path: Path) -> Path:
         """The same: the processes are in the folder of this one."""
@@ -79,6 +83,37 @@ class Processes:
             ) from error
         finally:
             self._free.put(process)
+
+
+class WhenWorthwhile(Processes):
+    """Processes that start once this one has worked for some seconds, a piece at a time, or has many to do.
+
+    To start two processes takes 3.8 s of CPU, mostly of imports and of loading compiled code: as much as the
+    sample and three matches of eight minutes take in one (2026-11-28). So few matches are done here, and a
+    long work begins :data:`HERE_S` later than it could. If this process is killed, the command ends.
+    """
+
+    def __init__(self, width: int) -> None:
+        super().__init__(width)
+        self._mine, self._left = Lock(), HERE_S
+
+    def for_pieces(self, count: int) -> Executors:
+        """Here if it is one; of many pieces none is done here."""
+        if count >= MANY:
+            self._left = 0.0
+        return super().for_pieces(count)
+
+    def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
+        """Do a task here or on a process (:meth:`pipeline.engine.placement.executors.Executors.run`)."""
+        if self._left > 0 and self._mine.acquire(timeout=self._left):
+            begun = monotonic()
+            try:
+                if self._left > 0:
+                    return work(*arguments, **named)
+            finally:
+                self._left -= monotonic() - begun
+                self._mine.release()
+        return super().run(work, *arguments, **named)
 
 
 def _process() -> ProcessPoolExecutor:

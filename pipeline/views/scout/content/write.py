@@ -191,7 +191,7 @@ def _teams(
         if pages:
             pieces.append((team.team.slug, {"data": data, "team": team, "pages": pages, "around": around}))
             matches += min(len(team.matches), FROM)
-    workers = executors.get() if matches > _AT_ONCE else executors.get().alone()
+    workers = executors.get() if matches > _AT_ONCE else executors.get().for_pieces(1)
     key_of = {team.slug: key for team, key in keys.items()}
     listener.get().begin("team pages", len(pieces))
     for slug, made in spread(workers, pages_of_team, pieces, len(pieces)):
