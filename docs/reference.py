@@ -40,7 +40,9 @@ FILES: dict[str, type[BaseModel]] = {
     "import --map FILE": TrackingMap,
 }
 _ALSO = {
-    "run --settings FILE": "`train` and `serve` take the same file.",
+    "run --settings FILE": (
+        "`train` and `serve` take the same file. `paper` and `paper-literal` are named settings."
+    ),
     "record --settings FILE": "`play` and `evaluate` take the same file.",
     "season --settings FILE": (
         "The key `base` names settings that come along (`best`, `paper`). The file says what differs."

@@ -102,7 +102,7 @@ def test_evaluate_output(call, tmp_path):
     ("record", "--robots", "0"), ("play", "--robots", "0"), ("record", "--matches", "0"), ("evaluate", "--matches", "3"),
     ("record", "--seed", "-1"), ("play", "--seed", "-1"), ("season", "--seed", "99999999"), ("season", "--seed", "-1"),
     ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
-    ("season", "--settings", "bst"), ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
+    ("season", "--settings", "bst"), ("run", "--settings", "papr"), ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
     ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"), ("recrod",),
 ])
 def test_bad_options(call, tmp_path, words):
@@ -114,7 +114,7 @@ def test_bad_options(call, tmp_path, words):
     assert line.startswith("pitchlore: ")
     assert "Unexpected" not in line
     assert words[-2 if len(words) > 1 else 0].strip("-") in line
-    assert any(step in line for step in ("--help`.", "Ask for 4.", "Leave it out", "Mend the option", "Play with fewer robots", "(did you mean best?)"))
+    assert any(step in line for step in ("--help`.", "Ask for 4.", "Leave it out", "Mend the option", "Play with fewer robots", "(did you mean best?)", "(did you mean paper?)"))
     assert not (tmp_path / "data" / "matches").exists()
 
 

@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter, Token
 
 from pitchlore.flows.commands.printing import warn
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.text import did_you_mean
+from pitchlore.pipeline.base.toml import overlaid
 from pitchlore.pipeline.engine.folder import existing
 from pitchlore.pipeline.settings import RunSettings, parse_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import check_root, named_path
+from pitchlore.schemas import SIDES
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.face.league import League
@@ -26,6 +30,11 @@ def _path(_type: object, words: Sequence[Token]) -> Path:
 
 #: A path that the user names (:func:`pipeline.store.paths.named_path`): the type of all of the command line.
 UserPath = Annotated[Path, Parameter(converter=_path)]
+#: Names of settings of a run.
+NAMED = ("paper", "paper-literal")
+#: Option: settings of the stages.
+RunFile = Annotated[UserPath | None, Parameter(name="--settings", help=(
+    f"Named settings ({', '.join(NAMED)}), or a TOML file with those that differ from the defaults."))]
 #: An option without a value.
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 
@@ -75,15 +84,34 @@ class Common:
         return League(self.existing, say=warn)
 
     def settings(self, path: Path | None) -> RunSettings:
-        """The defaults, overridden by a TOML file.
+        """The defaults, overridden by a TOML file or by settings of a name in :data:`NAMED`.
 
         Raises:
-            NotFound: if the file cannot be read.
+            NotFound: if the file cannot be read, or there are no settings of that name.
             BadSettings: if it is not TOML, or has a key or value that does not fit.
         """
         if path is None:
             return RunSettings()
+        word = str(path)
+        if word in NAMED:
+            return named_run(word)
+        if not path.suffix and not path.exists():
+            raise NotFound(f"there are no settings {word!r}{did_you_mean(word, NAMED)}",
+                           next_step=f"Name a file, or one of {', '.join(NAMED)}")
         return parse_settings(Files(path.parent).foreign(path), where=str(path))
+
+
+def named_run(name: str) -> RunSettings:
+    """The paper's settings of a season (``pipeline/stages/seasons/named``), for recordings.
+
+    Nothing is chosen in a recording, so both sides count, and what was seen is learned from, in all matches.
+    """
+    from pitchlore.pipeline.stages.seasons.settings import named_settings  # noqa: PLC0415 (it loads the arena)
+
+    season = named_settings(name).pipeline.model_dump(exclude_unset=True)
+    return RunSettings.model_validate(overlaid(season, {
+        "sides": {"watch": SIDES}, "knowledge": {"accumulate": False},
+        "policies": {"learn_from": "both", "last_matches": None}}))
 
 
 DEFAULTS = Common()

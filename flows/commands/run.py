@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import polars as pl
 from cyclopts import Parameter
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
+from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, RunFile, UserPath
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import (
     console,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 def run(
     *,
-    settings: UserPath | None = None,
+    settings: RunFile = None,
     kind: Literal["vsss", "ssl", "2d", "human"] | None = None,
     team: Annotated[tuple[str, ...], Parameter(negative=())] = (),
     train: bool = True,
@@ -51,7 +51,7 @@ def run(
     """Bring everything up to date: import the inbox, run every stage, emit knowledge, train a policy.
 
     Args:
-        settings: TOML file with the settings that differ from the defaults.
+        settings: Named settings or a TOML file.
         kind: League that counts for the knowledge (default: what the settings say, else all, each by itself).
         team: Team or pool that counts for the knowledge; may be given several times (default: what the
             settings say, else all).

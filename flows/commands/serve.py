@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from difflib import get_close_matches
 from zoneinfo import available_timezones
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, On, UserPath
+from pitchlore.flows.commands.common import DEFAULTS, Common, On, RunFile
 from pitchlore.flows.commands.printing import console
 from pitchlore.flows.server import Keeper, named
 from pitchlore.pipeline.base.errors import BadSettings
@@ -19,7 +19,7 @@ _FIELDS = 5
 
 
 def serve(
-    *, cron: str = "0 6 * * 1", timezone: str = "UTC", settings: UserPath | None = None, on: On = None,
+    *, cron: str = "0 6 * * 1", timezone: str = "UTC", settings: RunFile = None, on: On = None,
     common: Common = DEFAULTS,
 ) -> None:
     """Call ``run`` on a schedule, until Ctrl-C.
@@ -29,7 +29,7 @@ def serve(
     Args:
         cron: Schedule: minute, hour, day of month, month, day of week.
         timezone: Time zone of the schedule by its IANA name, as Europe/Berlin.
-        settings: TOML file with the settings that differ from the defaults.
+        settings: Named settings or a TOML file.
         on: Where the runs' work is done.
         common: Options of every command.
     """

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
+from pitchlore.flows.commands.common import DEFAULTS, Common, Json, RunFile
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import console, print_json, print_training
 from pitchlore.pipeline.engine.catalog import renew
 from pitchlore.pipeline.engine.run import VersionReport, train_policy
 
 
-def train(*, settings: UserPath | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+def train(*, settings: RunFile = None, json: Json = False, common: Common = DEFAULTS) -> None:
     """Train the next policy version on the newest knowledge.
 
     Args:
-        settings: TOML file with the settings that differ from the defaults.
+        settings: Named settings or a TOML file.
         json: Print the report as JSON.
         common: Options of every command.
     """

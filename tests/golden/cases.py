@@ -22,6 +22,7 @@ from conftest import clip
 from support import executions, played, recordings
 from support.mcap_logs import written
 
+from pitchlore.flows.commands.common import NAMED, named_run
 from pitchlore.pipeline import arena, matches
 from pitchlore.pipeline.arena.match.recipe import TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -45,7 +46,6 @@ from pitchlore.pipeline.stages.evaluations import Entrant, Evaluation
 from pitchlore.pipeline.stages.events.derive import events
 from pitchlore.pipeline.stages.paradigms.claims import verdicts
 from pitchlore.pipeline.stages.paradigms.experiments import Design, sweeps
-from pitchlore.pipeline.stages.seasons.settings import named_settings
 from pitchlore.pipeline.stages.trajectories.derive import trajectories
 from pitchlore.pipeline.stages.values import models, shooting
 from pitchlore.pipeline.stages.values.chances import FEATURES
@@ -184,10 +184,10 @@ def commentary_clip() -> Golden:
 
 
 def scored(name: str) -> Golden:
-    """Behaviours of the clip by the paper's scoring, how many and the best; and the best states, in words."""
+    """Behaviours of the clip by ``run --settings NAME``, how many and the best; and the best states, in words."""
     with _folder() as data:
         shutil.copytree(_data().name, data, ignore=shutil.ignore_patterns("knowledge", "policies"), dirs_exist_ok=True)
-        run(data, [], settings := named_settings(name).pipeline)
+        run(data, [], settings := named_run(name))
         store = Store(data)
         behaviours = store.read_table(next(store.receipts("behaviours")), Patterns.NAME, Patterns)
         policies, states = (store.read_table(store.latest("policies"), table.NAME, table) for table in (Policies, States))
@@ -312,7 +312,7 @@ def _folder() -> Iterator[Path]:
 CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     **{f"{noun}/clip-120s.txt": (lambda noun=noun: chain(noun))
        for noun, stage in STAGES.items() if stage.per is not Per.OWN and stage.schemas},
-    **{f"behaviours/{name}.txt": (lambda name=name: scored(name)) for name in ("paper", "paper-literal")},
+    **{f"behaviours/{name}.txt": (lambda name=name: scored(name)) for name in NAMED},
     "models/sample.txt": fitted,
     "schemas/tables.txt": tables,
     "matches/rsim-3s.txt": log,
