@@ -91,6 +91,29 @@ class EventSettings(Frozen):
     won_s: float = Field(default=1.0, ge=0)
 
 
+class AnalysisSettings(Frozen):
+    """How analysts' tables are made (``pipeline.stages.analysis``).
+
+    Leagues differ in pace. So some times are in *crossings*: one is the time of a run along the pitch at the
+    league's top cruising speed, 22 s of people, 11 s in 2D, 4 s in SSL, 1.25 s in VSSS.
+
+    Attributes:
+        transition: time after a ball was won that is a transition, crossings.
+        regain: time after a lost ball within which it counts as regained, crossings.
+        sprint: least duration of a sprint, crossings.
+        reaction: time for which each robot goes on as it moves before it runs to a place, crossings.
+        hole_s: longest time between samples of a robot over which it covers a distance.
+        space_each_s: time between the instants at which space is sampled.
+    """
+
+    transition: float = Field(default=0.25, ge=0)
+    regain: float = Field(default=0.25, ge=0)
+    sprint: float = Field(default=0.045, ge=0)
+    reaction: float = Field(default=0.03, ge=0)
+    hole_s: float = Field(default=0.2, gt=0)
+    space_each_s: float = Field(default=1.0, gt=0)
+
+
 class SituationSettings(Frozen):
     """How situations are recognised (docs/decisions/situations.md).
 
@@ -512,6 +535,8 @@ class Settings(Frozen):
     options: OptionSettings = Field(
         default=OptionSettings(), exclude_if=lambda options: options == OptionSettings())
     events: EventSettings = EventSettings()
+    analysis: AnalysisSettings = Field(
+        default=AnalysisSettings(), exclude_if=lambda analysis: analysis == AnalysisSettings())
     moments: MomentSettings = MomentSettings()
     models: ModelSettings = ModelSettings()
     chances: ChanceSettings = ChanceSettings()

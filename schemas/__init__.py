@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from pitchlore.schemas import lean  # noqa: F401 (before any other: see there)
+from pitchlore.schemas.analysis import Efforts as Efforts
+from pitchlore.schemas.analysis import PassAttempts as PassAttempts
+from pitchlore.schemas.analysis import Phases as Phases
+from pitchlore.schemas.analysis import Pressing as Pressing
+from pitchlore.schemas.analysis import Space as Space
 from pitchlore.schemas.appraisals import Appraisals as Appraisals
 from pitchlore.schemas.behaviours import Behaviours as Behaviours
 from pitchlore.schemas.behaviours import Patterns as Patterns

@@ -13,11 +13,12 @@ from support.handmade import derived, handmade
 from support.league import HOSTILE, bring, gallery
 from support.recordings import RSIM, imported
 
-from pitchlore.pipeline.engine.catalog import forget_match
+from pitchlore.pipeline.engine.catalog import forget_match, refresh
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.sources import played, team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
@@ -265,6 +266,33 @@ def test_after_a_run(tmp_path, call):
     code, out, err = call(*words)
     assert code == 1
     assert "scout pages" in " ".join((out + err).split())
+
+
+def test_analysis_is_that_of_sql(store, pages):
+    """Passing, running, pressing and space on a team's page are what the tables give in SQL, over both its matches."""
+    asked = ask(refresh(store)[0], """
+        with own as (select match_id, side as team from sides where team = 'blue')
+        select (select count(*) from pass_attempts semi join own using (match_id, team)),
+               (select round(100 * avg((came = 'arrives')::int)) from pass_attempts semi join own using (match_id, team)),
+               (select round(60 * sum(distance) / sum(seconds), 1) from efforts semi join own using (match_id, team)),
+               (select round(sum(passes) / sum(actions), 2) from pressing semi join own using (match_id, team)),
+               (select round(100 * avg(share)) from space semi join own using (match_id, team))""").row(0)
+    page = text_of(pages, f"teams/{team_name('blue', 'vsss').slug}.html")
+    shown = dict(re.findall(r'<th scope="row">([^<]*)</th><td>([\d.]+)', page))
+    labels = ("passes tried", "of these arrive", "distance of a robot, m a minute",
+              "passes allowed for each ball won or duel (PPDA)", "pitch that it reaches first")
+    assert [float(shown[label]) for label in labels] == pytest.approx(asked)
+    assert "blue: who passes to whom" in page
+
+
+def test_matches_without_analysis(store, tmp_path):
+    """A match that ran before analysis was a stage has its pages, without that section."""
+    shutil.copytree(store.root, tmp_path / "data")
+    old = Store(tmp_path / "data")
+    for path in (old.root / "analysis").iterdir():
+        path.unlink()
+    write_pages(old, tmp_path / "pages")
+    assert "PPDA" not in "".join(path.read_text() for path in (tmp_path / "pages").rglob("*.html"))
 
 
 # ---- in a browser

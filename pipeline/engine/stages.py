@@ -20,6 +20,7 @@ from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.stage import Per, Stage
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import (
+    AnalysisSettings,
     BehaviourSettings,
     ChanceSettings,
     EventSettings,
@@ -45,6 +46,7 @@ from pitchlore.schemas import (
     Clues,
     Commands,
     Decisions,
+    Efforts,
     Evaluations,
     GameEvents,
     Games,
@@ -60,10 +62,13 @@ from pitchlore.schemas import (
     Occasions,
     Options,
     Paradigms,
+    PassAttempts,
     Passes,
     Patterns,
+    Phases,
     Policies,
     Possession,
+    Pressing,
     Pressure,
     Quality,
     Referee,
@@ -74,6 +79,7 @@ from pitchlore.schemas import (
     Sides,
     Sights,
     Situations,
+    Space,
     States,
     StatesPlayed,
     Trajectories,
@@ -143,6 +149,16 @@ def _events(inputs: Inputs, settings: EventSettings) -> Made:
     found = events(_bodies(inputs), inputs.table("matches", Referee), inputs.pitch, settings)
     return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
                  (found.pressure, Pressure), (found.restarts, Restarts)])
+
+
+def _analysis(inputs: Inputs, settings: AnalysisSettings) -> Made:
+    from pitchlore.pipeline.stages.analysis.derive import analysis  # noqa: PLC0415 (see above)
+    from pitchlore.pipeline.stages.events.derive import Events  # noqa: PLC0415 (see above)
+
+    tables = (Possession, Passes, Shots, Pressure, Restarts)
+    found = analysis(_bodies(inputs), inputs.table("matches", Referee),
+                     Events(*(inputs.table("events", table) for table in tables)), inputs.pitch, settings)
+    return Made(list(zip(found, (PassAttempts, Efforts, Phases, Pressing, Space), strict=True)))
 
 
 def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
@@ -265,6 +281,8 @@ STAGES = Chain(
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 3, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
           (Possession, Passes, Shots, Pressure, Restarts), 5, _events),
+    Stage("analysis", Per.MATCH, ("matches", "trajectories", "events"),
+          (PassAttempts, Efforts, Phases, Pressing, Space), 1, _analysis),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
     Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models,
           choose=models.matches_to_fit),

@@ -19,13 +19,17 @@ from pitchlore.schemas import (
     Choices,
     Commands,
     Decisions,
+    Efforts,
     GameEvents,
     Goals,
     Kicks,
     Matches,
     Moments,
+    PassAttempts,
     Passes,
+    Phases,
     Possession,
+    Pressing,
     Pressure,
     Quality,
     Referee,
@@ -35,6 +39,7 @@ from pitchlore.schemas import (
     Sides,
     Sights,
     Situations,
+    Space,
     Table,
     Trajectories,
     Values,
@@ -51,7 +56,7 @@ class TableOf:
     Args:
         schema: schema of the table.
         nouns: the stages that make it; the rows of the first one come first.
-        optional: whether a stage may lack the table; it is empty then.
+        optional: whether a stage, or the match, may lack the table; it is empty then.
     """
 
     def __init__(self, schema: type[Table], *nouns: str, optional: bool = False) -> None:
@@ -70,7 +75,7 @@ class TableOf:
     def of(self, match: MatchTables) -> pl.DataFrame:
         """The table of a match; of what is of many matches, its rows."""
         found = [match.inputs.table(noun, self.schema) for noun in self.nouns
-                 if not self.optional or self.schema.NAME in match.inputs.only(noun).files]
+                 if not self.optional or any(self.schema.NAME in it.files for it in match.inputs[noun])]
         table = pl.concat(found) if found else self.schema.empty()
         return table if STAGES[self.nouns[0]].per is Per.MATCH else table.filter(match_id=match.name)
 
@@ -103,6 +108,11 @@ class MatchTables:
     shots = TableOf(Shots, "events")
     pressure = TableOf(Pressure, "events")
     restarts = TableOf(Restarts, "events")
+    pass_attempts = TableOf(PassAttempts, "analysis", optional=True)
+    efforts = TableOf(Efforts, "analysis", optional=True)
+    phases = TableOf(Phases, "analysis", optional=True)
+    pressing = TableOf(Pressing, "analysis", optional=True)
+    space = TableOf(Space, "analysis", optional=True)
     moments = TableOf(Moments, "moments")
     chances = TableOf(Chances, "chances")
     values = TableOf(Values, "values")

@@ -12,6 +12,7 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.commentary import Commentary
 from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, reported_changes
+from pitchlore.pipeline.views.scout.content.analysis import analysed, space_over_time
 from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
 from pitchlore.pipeline.views.scout.content.chances import rests_on, shot_words, size, with_chances
 from pitchlore.pipeline.views.scout.content.flaws import flaws
@@ -68,6 +69,8 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
         "called": names, "changes": changes, "changed": reported_changes([
             (f"{names[side]}: {label}", changes[side][name])
             for side in SIDES for label, name, _ in MEASURES]),
+        "analysed": [{"name": names[side], "key": side, "facts": facts} for side in SIDES
+                     if (facts := analysed([(match, side)], side))],
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
         "top": on_top(balance(match), goals, "who is on top", row["duration_s"]),
@@ -76,7 +79,8 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
              "picture": over_time(
                  [getattr(part, of) for part in each], goals, name, row["duration_s"], blank)}
             for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
-                                    ("Territory over time", "territory", "ball not in play"))],
+                                    ("Territory over time", "territory", "ball not in play"))] + _space(
+                                        match, goals),
         "goals": _goals(match, moments, kept.scored), "told": _reported(moments),
         "shots": _shots(match, names),
         "sides": [{"key": side, "name": team.name, "answers": answers[side],
@@ -102,6 +106,16 @@ def line(match: LeagueMatch, kept: MatchAnswers) -> dict[str, Any]:
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }
+
+
+def _space(match: LeagueMatch, goals: Sequence[GoalLine]) -> list[dict[str, Any]]:
+    """The strip of space over time; none where it was not sampled."""
+    shares, name = space_over_time(match), "Space over time"
+    if all(share is None for share in shares):
+        return []
+    blank = "no play"
+    return [{"name": name, "blank": blank if None in shares else "",
+             "picture": over_time(shares, goals, name, match.matches["duration_s"][0], blank)}]
 
 
 def _changes(

@@ -19,6 +19,8 @@ from pitchlore.schemas import SIDES, Behaviours
 
 #: The nouns whose tables the pages of a match show.
 _NOUNS = ("matches", "sides", "trajectories", "situations", "goals", "events", "chances", "values")
+#: A noun that they show where there is one: matches that ran before it was a stage have none.
+_EXTRA = "analysis"
 
 
 class TeamName(NamedTuple):
@@ -75,7 +77,7 @@ class LeagueMatch(MatchTables):
 
     def key(self, *besides: object) -> str:
         """Digest of the tables that its pages show, and of what else a page is made from."""
-        files = [receipt.digests() for noun in _NOUNS for receipt in self.inputs[noun]]
+        files = [receipt.digests() for noun in (*_NOUNS, _EXTRA) for receipt in self.inputs[noun]]
         return digest(canonical([files, *besides]))
 
 
@@ -84,7 +86,9 @@ def played(store: Store) -> Iterator[LeagueMatch]:
     for log in store.receipts("matches"):
         made = {noun: store.receipt(noun, log.name) for noun in (*_NOUNS[1:], "sequences")}
         there = {noun: (receipt,) for noun, receipt in made.items() if receipt is not None}
+        extra = store.receipt(_EXTRA, log.name)
         if len(there) == len(made):
+            there |= {_EXTRA: (extra,)} if extra else {}
             kind = log.details["pitch"]["kind"]
             teams = (team_name(log.details[side], kind) for side in SIDES)
             yield LeagueMatch(StoreInputs(store, {"matches": (log,), **there}), *teams)

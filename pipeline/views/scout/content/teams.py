@@ -10,6 +10,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.scout.content.analysis import analysed
 from pitchlore.pipeline.views.scout.content.answers import team_answers
 from pitchlore.pipeline.views.scout.content.chances import known_in, shot_words, shots_over, size
 from pitchlore.pipeline.views.scout.content.learned import Learned
@@ -94,6 +95,7 @@ def team_facts(
         "note": note_on(team.name), "trend_at": TREND_AT,
         "known": known_in(len(rows), (own["xg"], other["xg"])), "trends": trends,
         "compared": any(it["since"] is not None for it in trends.values()),
+        "analysed": analysed(played),
         "pictures": _pictures(team, matches), "tiles": _tiles(rows, numbers, own),
         "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
         "any": any_moment(moments),

@@ -1,0 +1,124 @@
+"""Passing, running, phases, pressing and space of a team, from the tables of the stage analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+from markupsafe import Markup
+
+from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, over_sides
+from pitchlore.pipeline.views.scout.facts import PARTS
+from pitchlore.pipeline.views.scout.pictures import Mark, on_pitch
+from pitchlore.schemas import SIDES
+from pitchlore.schemas.analysis import PHASES
+
+
+def analysed(sides: Sequence[tuple[LeagueMatch, str]], style: str = "home") -> dict[str, Any] | None:
+    """Content of the section about a team's sides in matches; None where the stage has not run yet.
+
+    Each row has a label, the value of the team and of its adversaries (None where not known), and a unit:
+    share, or the digits after the point. The network is drawn on the newest match's pitch.
+    """
+    if over_sides(sides, LeagueMatch.efforts).is_empty():
+        return None
+    own, other = (_numbers(sides, own=own) for own in (True, False))
+    pitch = sides[-1][0].pitch
+    tried = over_sides([side for side in sides if side[0].pitch == pitch], LeagueMatch.pass_attempts)
+    running = over_sides(sides, LeagueMatch.efforts).group_by("robot").agg(
+        pl.col("seconds", "distance", "fast", "sprints").sum(), pl.col("top_speed").max(),
+        pl.col("space").mean(),
+        pl.col("role").cast(pl.String).drop_nulls().mode().sort().first()).sort("robot")
+    return {
+        "rows": [{"label": label, "unit": unit, "own": own[name], "other": other[name]}
+                 for label, name, unit in _ROWS],
+        "network": network(tried, pitch, style), "running": running.to_dicts()}
+
+
+#: What is told: label, name in the numbers, unit.
+_ROWS = (
+    ("passes tried", "tried", "0"), ("of these arrive", "arrive", "share"),
+    ("of these are intercepted", "intercepted", "share"),
+    ("distance of a robot, m a minute", "distance", "1"), ("of this fast", "fast", "share"),
+    ("sprints of a robot, each 10 minutes", "sprints", "1"), ("top speed, m/s", "top", "2"),
+    ("passes allowed for each ball won or duel (PPDA)", "ppda", "2"),
+    ("presses in the adversary's third", "high", "share"),
+    ("lost balls that are soon regained", "regained", "share"),
+    ("pitch that it reaches first", "space", "share"), ("of the third ahead", "ahead", "share"),
+    *((f"of its possession: {phase}", phase, "share") for phase in PHASES),
+)
+
+
+def _share(part: float, of: float) -> float | None:
+    return part / of if of else None
+
+
+def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str, float | None]:
+    """Numbers of a team's sides, or of its adversaries'."""
+    tried, runs, phases, pressing, space = (over_sides(sides, table, own=own) for table in (
+        LeagueMatch.pass_attempts, LeagueMatch.efforts, LeagueMatch.phases, LeagueMatch.pressing,
+        LeagueMatch.space))
+    came = dict(tried.group_by(pl.col("came").cast(pl.String)).len().iter_rows())
+    run = runs.select(
+        pl.col("seconds", "distance", "fast", "sprints").sum(), pl.col("top_speed").max()).row(0, named=True)
+    press = pressing.select(pl.exclude("match_id", "team", "ppda").sum()).row(0, named=True)
+    held = dict(phases.group_by(pl.col("phase").cast(pl.String)).agg(
+        (pl.col("end_ns") - pl.col("start_ns")).sum()).iter_rows())
+    shares = space.select(pl.col("share", "ahead").mean()).row(0, named=True)
+    return {
+        "tried": float(tried.height), "arrive": _share(came.get("arrives", 0), tried.height),
+        "intercepted": _share(came.get("intercepted", 0), tried.height),
+        "distance": _share(60 * run["distance"], run["seconds"]),
+        "fast": _share(run["fast"], run["distance"]),
+        "sprints": _share(600 * run["sprints"], run["seconds"]), "top": run["top_speed"],
+        "ppda": _share(press["passes"], press["actions"]), "high": _share(press["high"], press["presses"]),
+        "regained": _share(press["regained"], press["lost"]),
+        "space": shares["share"], "ahead": shares["ahead"],
+        **{phase: _share(held.get(phase, 0), sum(held.values())) for phase in PHASES}}
+
+
+def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
+    """The network of passes that arrive: robots at their mean places, an arrow for each pair that passes.
+
+    Bold arrows are of pairs that pass at least half as often as the pair that passes most.
+
+    Args:
+        tried: rows of schema PassAttempts of a team.
+        pitch: pitch of its matches.
+        style: class of the style sheet that has its colour.
+    """
+    arrive = tried.filter(pl.col("came") == "arrives")
+    places = {robot: (x, y, n) for robot, x, y, n in pl.concat([
+        arrive.select("robot", "x", "y"), arrive.select(robot="next_robot", x="to_x", y="to_y"),
+    ]).group_by("robot").agg(pl.col("x", "y").mean(), pl.len()).sort("robot").iter_rows()}
+    pairs = arrive.group_by("robot", "next_robot").len().sort("len", "robot", "next_robot").rows()
+    most = max((n for *_, n in pairs), default=0)
+    busiest = max((n for *_, n in places.values()), default=1)
+    sizes = {robot: 1.8 + 1.4 * n / busiest for robot, (*_, n) in places.items()}
+    marks = []
+    for one, other, n in pairs:
+        end = _short_of(places[one][:2], places[other][:2], sizes[other] * pitch.length / 100)
+        marks.append(Mark(*places[one][:2], f"mark {style}{' mean' if 2 * n >= most else ''}",
+                          f"{one} to {other}: {n}", to=end, size=1.8))
+    marks += [Mark(x, y, f"mark {style} hit", f"robot {robot}: {n} passes given or received",
+                   letter=str(robot), size=sizes[robot]) for robot, (x, y, n) in places.items()]
+    return on_pitch(pitch, "network of passes", marks=marks)
+
+
+def _short_of(start: tuple[float, float], end: tuple[float, float], left: float) -> tuple[float, float]:
+    """A place on the way from start to end, by ``left`` metres short of the end."""
+    way = np.subtract(end, start)
+    share = max(1 - left / max(float(np.hypot(*way)), 1e-9), 0.0)
+    return float(start[0] + share * way[0]), float(start[1] + share * way[1])
+
+
+def space_over_time(match: LeagueMatch) -> list[float | None]:
+    """Home's share of the pitch in each of PARTS parts of a match; None where nothing was sampled."""
+    home = match.space.filter(pl.col("team") == SIDES[0])
+    edges = np.linspace(0, max(int(match.matches["duration_s"][0] * 1e9), 1), PARTS + 1)
+    t_ns, share = home["t_ns"].to_numpy(), home["share"].to_numpy()
+    sums, counts = (np.histogram(t_ns, edges, weights=weights)[0] for weights in (share, np.ones(len(share))))
+    return [float(total / n) if n else None for total, n in zip(sums, counts, strict=True)]
