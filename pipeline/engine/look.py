@@ -104,7 +104,8 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     for file in whole:
         part = part_of.get(file.receipt.name, "") if file.receipt.noun in nouns else ""
         files[file.path] = Listed("" if part else table_of(file), file.seen, part)
-    if not damaged and not any(store.unreadable(noun, closed) for noun in STAGES):
+    if not (damaged or any(store.unreadable_receipts(noun, closed) for noun in STAGES.receipted)
+            or any(map(store.unreadable_versions, STAGES.versioned))):
         files |= {path: Listed(RECORD, seen, part_of.get(_match_of(path, nouns), ""))
                   for path, seen in records.items() if path not in files}
     return Look(files, damaged)
