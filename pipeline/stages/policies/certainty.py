@@ -33,13 +33,11 @@ def returns_of(
     # chosen and seen decisions of one team in one episode share their outcome
     episode = rows["team_episode"].to_numpy() // 2
     counted = ("episodes", "mean", "spread")
-    parts = [] if parent is None else [parent.select(*PAIR, *counted)]
+    parts = [(Returns.empty() if parent is None else parent).select(*PAIR, *counted)]
     for key in policy["key"].unique().sort():
         own = policy.filter(pl.col("key") == key)
         each = by_pair(batch.pairs[key], episode, found)
         parts.append(own.select(PAIR)[each["pair"]].with_columns(each.select(counted)))
-    if not parts:
-        return Returns.empty()
     schema = pl.Schema(Returns.dtypes())
     return (
         together(pl.concat(parts), PAIR)
