@@ -8,6 +8,7 @@ import sys
 import pytest
 from conftest import SAMPLE, run
 from support.notebooks import NOTEBOOKS, executed, read, shown
+from support.recordings import RCSS, beside
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +26,16 @@ def sample(tmp_path_factory):
 def test_notebook_is_not_stale(path, sample):
     """Run again, every text is the committed one, and every picture is there."""
     assert shown(executed(path, sample)) == shown(read(path)), "run `make notebooks` and review the diff"
+
+
+@pytest.mark.slow
+def test_notebooks_of_another_league(tmp_path):
+    """The notebooks run on a match of 2D, too, whose policy copies no team."""
+    (tmp_path / "inbox").mkdir()
+    shutil.copy(beside(RCSS), tmp_path / "inbox")
+    assert run(tmp_path).failures == {}
+    for path in NOTEBOOKS[:-1]:  # the last one reads no data folder
+        assert "image" in [output for cell in shown(executed(path, tmp_path)) for output in cell]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
