@@ -1,8 +1,9 @@
-"""Behaviours: grams that recur and pay."""
+"""Behaviours: grams that recur, and go with scoring or with conceding."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import dataframely as dy
 import polars as pl
@@ -30,6 +31,32 @@ def moves_randomly() -> pl.Expr:
     return pl.format(f"{{}}-{MOVES_RANDOMLY:03d}", pl.col("role").cast(pl.String))
 
 
+#: What went with a behaviour, where that is sure: the team's chances rose, or fell; ? where it is not.
+PAYS = ("+", "-", "?")
+
+
+#: Codes of a robot at the ball: with it, guides, kicks, loses, yields, leaves, reaches, receives it, is hit by it; ...
+AT_BALL = (1, 11, 21, 22, 23, 33, 44, 45, 47)
+#: ... and of one that plays against it: nears the ball, its line, its own goal, or an adversary.
+AGAINST_BALL = (46, 67, 68, 88, 138, 139, 140)
+#: Least support of behaviours that are shown, unless fewer are asked for.
+SHOWN_FROM = 5
+
+
+def for_people(behaviours: pl.DataFrame) -> pl.DataFrame:
+    """Behaviours in their order for people, with column effect: value times support, what they went with in all.
+
+    First those that went with a rise of the team's chances, then those with a fall. Of each the ones with or
+    against the ball first, and the greatest effect.
+
+    Args:
+        behaviours: columns behaviour_id, codes, value and support.
+    """
+    plays = pl.col("codes").list.eval(pl.element().is_in((*AT_BALL, *AGAINST_BALL))).list.any()
+    ordered = behaviours.with_columns(effect=pl.col("value") * pl.col("support"))
+    return ordered.sort(pl.col("value") > 0, plays, pl.col("effect").abs(), "behaviour_id", descending=True)
+
+
 class Patterns(Table):
     """One behaviour of one team as a round of the selection found it (behaviours before they have a version).
 
@@ -37,8 +64,9 @@ class Patterns(Table):
     """
 
     NAME: ClassVar[str] = "patterns"
-    VERSION: ClassVar[int] = 3
+    VERSION: ClassVar[int] = 4
     SINCE: ClassVar[int] = 1
+    FORMER: ClassVar[Mapping[str, Any]] = {"pays": "+", "kept": True}
     PUBLIC: ClassVar[bool] = False
 
     behaviour_id = behaviour_id()
@@ -67,6 +95,15 @@ class Patterns(Table):
     y = dy.Float64(nullable=True, description="the same across the pitch, to the left of +x", metadata=unit("m"))
     team = dy.String(nullable=True, description="team or pool of teams that showed it; null before teams were told apart")
     kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl, 2d or human")
+    pays = dy.Enum(PAYS, nullable=True, description=(
+        "what went with it, where that is sure (q at most .05): + the team's chances rose, - they fell, ? neither is "
+        "sure; it is no effect of doing it. Versions from before there was q have + only"
+    ))
+    q = dy.Float64(nullable=True, min=0, max=1, description=(
+        "least share of false ones that is expected among the groups of its team, league and length that are "
+        "as sure as it (Benjamini and Hochberg 1995); of groups of the map's kept neurons"
+    ))
+    kept = dy.Bool(nullable=True, description="whether the selection keeps it: decisions and policies know these alone")
 
 
 class Behaviours(Patterns):
@@ -76,7 +113,7 @@ class Behaviours(Patterns):
     """
 
     NAME: ClassVar[str] = "behaviours"
-    VERSION: ClassVar[int] = 3
+    VERSION: ClassVar[int] = 4
     SINCE: ClassVar[int] = 1
     PUBLIC: ClassVar[bool] = True
 

@@ -53,6 +53,8 @@ class Table(dy.Schema):
     PUBLIC: ClassVar[bool] = True
     #: The first version to which the present one has only added columns, and words to enumerations.
     SINCE: ClassVar[int] = 0
+    #: Values of columns that earlier files lack; the others that they lack are null.
+    FORMER: ClassVar[Mapping[str, Any]] = {}
 
     @classmethod
     def readable(cls) -> tuple[str, ...]:

@@ -1,12 +1,16 @@
-"""Behaviours: the grams on busy neurons that are worth more than the threshold, role by role."""
+"""Behaviours: the grams on busy neurons beyond the threshold, role by role; those above it are kept."""
 
+import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 from polars.testing import assert_frame_equal
+from scipy.stats import false_discovery_control, norm
 from support.rows import changed, consecutive, goals, sequences_of, situations
 
+from pitchlore.pipeline.numbers.statistics import false_discovery_rates
 from pitchlore.pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.grams import cover, grams, merge, spelt
 from pitchlore.pipeline.stages.behaviours.select import select
@@ -39,17 +43,18 @@ BUSY = table(
 
 
 def test_busy_and_valuable():
-    """A behaviour has a busy neuron and a value over the threshold."""
+    """A behaviour has a busy neuron and a value over the threshold, or under its negative: that is not kept."""
     chosen = select(BUSY, 100, ANY, ONE)
     Patterns.validate(chosen.patterns)
-    columns = ("behaviour_id", "role", "codes", "n", "support", "value", "spread")
+    columns = ("behaviour_id", "codes", "n", "support", "value", "spread", "pays", "kept")
     assert chosen.patterns.select(columns).rows() == [
-        ("goalkeeper-001-011", "goalkeeper", [1, 11], 2, 20, 0.5, pytest.approx((0.3 - 0.25) ** 0.5)),
-        ("midfield-003-011", "midfield", [3, 11], 2, 2, 0.25, 0.0),
+        ("goalkeeper-001-011", [1, 11], 2, 20, 0.5, pytest.approx((0.3 - 0.25) ** 0.5), "+", True),
+        ("midfield-001-011", [1, 11], 2, 10, -0.1, 0.3, "?", False),
+        ("midfield-003-011", [3, 11], 2, 2, 0.25, 0.0, "?", True),
     ]
-    others = chosen.patterns.select("mean", "family", "family_spread", "paper", "x", "y")
+    others = chosen.patterns.filter("kept").select("mean", "family", "family_spread", "paper", "x", "y")
     assert others.rows() == [(0.5, None, None, 0.25, 0.25, -0.125), (0.25, None, None, 0.125, 0.25, -0.125)]
-    assert chosen.report._replace(activations=()) == (2, 4, 41, 10.0, (), 1, 3, 2, 22)
+    assert chosen.report._replace(activations=()) == (2, 4, 41, 10.0, (), 1, 3, 2, 22, 1)
     assert sorted(chosen.report.activations) == [9, 32]
 
 
@@ -72,7 +77,7 @@ def test_share_of_groups(activation, kept):
 def test_least_support():
     """A behaviour was seen at least as often as the settings ask."""
     chosen = select(BUSY, 100, ANY.model_copy(update={"support_at_least": 3}), ONE)
-    assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011"]
+    assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011", "midfield-001-011"]
 
 
 def test_value_threshold_is_exclusive():
@@ -84,7 +89,7 @@ def test_value_threshold_is_exclusive():
 def test_unknown_places():
     """A behaviour whose places are not known begins nowhere."""
     nowhere = BUSY.with_columns(placed=pl.lit(0, pl.Int64), x_sum=pl.lit(0.0), y_sum=pl.lit(0.0))
-    assert select(nowhere, 100, ANY, ONE).patterns.select("x", "y").null_count().row(0) == (2, 2)
+    assert select(nowhere, 100, ANY, ONE).patterns.select("x", "y").null_count().row(0) == (3, 3)
 
 
 def test_lower_end():
@@ -106,7 +111,19 @@ def test_what_a_role_usually_does(paying, kept):
     """A role that nothing pays, of this round or earlier ones, keeps what it did often enough, on busy neurons."""
     found = pl.concat([BUSY, table(("striker", [1, 11], 30, -9.0, 4.0), ("striker", [3, 11], 1, 0.1, 0.1))])
     settings = ANY.model_copy(update={"value_over": 0.3, "support_at_least": 2})
-    assert select(found, 100, settings, ONE, paying).patterns["behaviour_id"].to_list() == kept
+    chosen = select(found, 100, settings, ONE, paying).patterns
+    assert chosen.filter("kept")["behaviour_id"].to_list() == kept
+
+
+def test_costs():
+    """A behaviour whose interval lies below 0 stays beside those that pay, is not kept, and is sure by the rates."""
+    found = table(("striker", [1, 11], 50, 25.0, 25.0), ("striker", [3, 11], 50, -25.0, 25.0), ("striker", [3, 1], 9, -1.5, 1.0))
+    chosen = select(found, 10, ANY.model_copy(update={"select_by": "low"}), ONE)
+    assert chosen.patterns.select("codes", "pays", "kept").rows() == [([1, 11], "+", True), ([3, 11], "-", False)]
+    assert (chosen.report.groups_kept, chosen.report.groups_cost, chosen.report.instances_kept) == (1, 1, 50)
+    value, error = np.array([3.0, -2.0, 2.3, 0.4, 0.0]), np.ones(5)
+    rates = false_discovery_control(2 * norm.sf(np.abs(value)))
+    assert_allclose(false_discovery_rates(value, error), rates)
 
 
 def test_only_random():

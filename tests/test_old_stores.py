@@ -33,7 +33,8 @@ from pitchlore.schemas import (
 )
 
 ADDS_UP = KnowledgeSettings(accumulate=True)
-NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y", "team", "kind"}
+NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y", "team", "kind", "q"}
+FILLED = {"pays", "kept"}
 ROWS = [  # support and mean
     ("striker-046", [46], 4, 0.25), ("striker-011", [11], 8, 0.5),
 ]
@@ -45,6 +46,7 @@ def patterns() -> pl.DataFrame:
         "behaviour_id": "striker-046", "role": "striker", "codes": [46], "n": 1, "support": 12, "value": 0.375,
         "spread": 0.25, "neuron": 1, "low": 0.25, "high": 0.5, "mean": 0.5, "error": 0.125, "family": 0.0,
         "family_spread": 0.2, "family_size": 9, "paper": 0.75, "x": 0.125, "y": -0.25, "team": None, "kind": None,
+        "pays": "+", "q": 0.01, "kept": True,
     }]
     return Patterns.validate(pl.DataFrame(found, schema=Patterns.dtypes()))
 
@@ -56,7 +58,7 @@ def old(tmp_path) -> Store:
     before = pl.DataFrame([
         {"behaviour_id": name, "role": "striker", "codes": codes, "n": 1, "support": support, "value": mean, "spread": 0.1,
          "neuron": 0, "version": 1} for name, codes, support, mean in ROWS
-    ], schema={name: dtype for name, dtype in Behaviours.dtypes().items() if name not in NEW})
+    ], schema={name: dtype for name, dtype in Behaviours.dtypes().items() if name not in NEW | FILLED})
     roles = {role: {"behaviours": 0, "states": 0, "occasions": 0} for role in ROLES}
     details = {"matches": 1, "behaviours": 2, "occasions": 0, "roles": roles}
     stage = STAGES["knowledge"]
@@ -90,19 +92,20 @@ def add(store: Store) -> Manifest:
 
 
 def test_read(old):
-    """Newer columns are null."""
+    """Newer columns are null; what was selected then paid, and is kept."""
     found = old.read_table(old.manifest("knowledge", 1), "behaviours", Behaviours)
     Behaviours.validate(found)
     assert {name for name in found.columns if found[name].null_count()} == NEW
+    assert found.select("pays", "kept").rows() == [("+", True)] * 2
     assert "not known" in describe(old, old.manifest("knowledge", 1))
 
 
 def test_show(old, call):
     """`kb show` shows a version without intervals."""
-    code, out, err = call("kb", "show", "--data", old.root)
+    code, out, err = call("kb", "show", "--support", 1, "--data", old.root)
     assert (code, err) == (0, "")
     assert "striker-046" in out
-    _, out, _ = call("kb", "show", "1", "--json", "--data", old.root)
+    _, out, _ = call("kb", "show", "1", "--support", 1, "--json", "--data", old.root)
     shown = json.loads(out)["behaviours"]
     assert [(row["behaviour_id"], row["value"], row["low"]) for row in shown] == [
         ("striker-046", 0.25, None), ("striker-011", 0.5, None)]
@@ -129,9 +132,9 @@ def test_sql(old, call):
     add(old)
     found = ask(refresh(old)[0], "from behaviours order by version, behaviour_id")
     assert found.columns == names
-    assert found.select("version", "behaviour_id", "support", "value", "mean", "low", "x").rows() == [
-        (1, "striker-011", 8, 0.5, None, None, None), (1, "striker-046", 4, 0.25, None, None, None),
-        (2, "striker-011", 8, 0.5, 0.5, None, None), (2, "striker-046", 16, 0.4375, 0.4375, None, None)]
+    assert found.select("version", "behaviour_id", "support", "value", "mean", "low", "x", "q", "pays", "kept").rows() == [
+        (1, "striker-011", 8, 0.5, None, None, None, None, "+", True), (1, "striker-046", 4, 0.25, None, None, None, None, "+", True),
+        (2, "striker-011", 8, 0.5, 0.5, None, None, None, "+", True), (2, "striker-046", 16, 0.4375, 0.4375, None, None, 0.01, "?", True)]
     code, out, err = call("sql", "from behaviours", "--json", "--data", old.root)
     assert (code, len(json.loads(out)), err) == (0, 4, "")
 

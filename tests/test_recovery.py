@@ -95,7 +95,7 @@ def test_nothing_selected(data):
     nothing = Settings(behaviours=BehaviourSettings(value_over=1.0))
     report = run(data, settings=nothing)
     assert report.failures == {}
-    assert report.notes[0].startswith("No knowledge and no policy were made: no behaviour surely pays in 2 matches")
+    assert report.notes[0].startswith("No knowledge and no policy were made: no behaviour went with better chances beyond chance in 2 matches")
     assert Store(data).latest("knowledge").version == before
 
 

@@ -23,10 +23,11 @@ from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.sources import played, team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
 from pitchlore.pipeline.views.scout.facts import Numbers, balance, by_lead, over_matches, trend
-from pitchlore.pipeline.views.scout.gallery import clips, ranked
+from pitchlore.pipeline.views.scout.gallery import clips
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
 from pitchlore.pipeline.views.scout.timeline import on_top
 from pitchlore.schemas import Passes, Shots
+from pitchlore.schemas.behaviours import for_people
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -89,10 +90,11 @@ def test_few_clips(count):
     assert len({(each.match, each.start_s) for each in found}) == len(found) == min(count, 12)
 
 
-def test_by_evidence():
-    """The gallery's order is the lower end of the interval: a high value of a few instances is not first."""
-    table = pl.DataFrame({"behaviour_id": ["a", "b"], "value": [0.9, 0.4], "low": [-0.5, 0.3]})
-    assert ranked(table)["behaviour_id"].to_list() == ["b", "a"]
+def test_order():
+    """Better chances come first, then worse; of each those with or against the ball, and the greatest effect in all."""
+    table = pl.DataFrame({"behaviour_id": list("abcdef"), "value": [0.9, 0.4, 0.9, -0.1, -0.9, -0.2], "support": [5, 50, 500, 9, 9, 9],
+                          "codes": [[21], [184, 46], [184], [44], [184], [88]]})
+    assert for_people(table)["behaviour_id"].to_list() == ["b", "a", "c", "f", "d", "e"]
 
 
 def test_intervals_of_few_matches():
@@ -338,12 +340,12 @@ def test_tables_sort_and_filter(pages, page):
 
 
 def test_order_of_the_gallery(pages, page):
-    """The gallery is by evidence, and by what else is chosen."""
+    """The gallery is by effect, and by what else is chosen."""
     page.goto(gallery(pages).as_uri())
     numbers = "(cards, by) => cards.map(card => Number(card.dataset[by]))"
     cards = page.locator(".card")
     assert cards.count() > 3
-    for choice in ("support", "value", "new", "low"):
+    for choice in ("support", "value", "new", "low", "worse"):
         page.select_option("[data-order]", choice)
         found = cards.evaluate_all(numbers, choice)
         assert found == sorted(found, reverse=True)

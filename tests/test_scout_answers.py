@@ -14,6 +14,7 @@ from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead
 from pitchlore.pipeline.views.scout.scored import again, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
+from pitchlore.pipeline.views.scout.words import went_with
 from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
 from pitchlore.pipeline.views.scout.zones import robot_numbers as played_by
 from pitchlore.schemas import SIDES, Goals, Passes, Possession, Shots, Situations
@@ -187,17 +188,30 @@ def test_short_leads():
     assert _led("leads", [ByLead(LEAST_S, 5.0, 10.0, 3, 4)])["shots"] == 30
 
 
-def card(name, role, danger):
-    return {"id": name, "role": role, "danger": danger}
+def card(name, role, effect, **other):
+    low, high = (effect / 20, effect / 5) if effect > 0 else (effect / 5, effect / 20)
+    return {"id": name, "role": role, "codes": [44, 21], "support": 10, "effect": effect, "low": low, "high": high} | other
 
 
 def test_danger():
-    """By what they are worth in all, positive only; without an interval a behaviour is left out."""
-    cards = [card("a", "goalkeeper", 0.5), card("b", "striker", 9.0), card("c", "striker", -1.0), card("d", "striker", None)]
+    """By what V changed with them in all; one that is rare, unsure, without an interval or without the ball is left out."""
+    cards = [card("a", "goalkeeper", 0.5), card("b", "striker", 9.0), card("c", "striker", -1.0), card("d", "striker", 8, low=None),
+             card("e", "striker", 8.0, support=4), card("f", "goalkeeper", 8.0, codes=[184]), card("g", "striker", 8.0, low=-0.1)]
     found = dangerous(cards, 3)
     assert [(each["id"], each["per_match"]) for each in found] == [("b", 3.0), ("a", pytest.approx(1 / 6))]
+    assert [each["id"] for each in dangerous(cards, 3, worse=True)] == ["c"]
     assert of_keeper(found) == ""
     assert "2 of these 3" in of_keeper([card("a", "goalkeeper", 1), card("b", "goalkeeper", 1), card("c", "striker", 1)])
+
+
+@pytest.mark.parametrize(("row", "says"), [
+    ({"value": 0.5}, "better chances: sure"), ({"value": 0.5, "q": 0.06}, "better chances: likely"), ({"value": 0.5, "q": None}, "better chances: likely"),
+    ({"value": -0.5, "low": -0.6, "high": -0.4}, "worse chances: sure"), ({"value": 0.5, "support": 4}, "better chances: too few"),
+    ({"value": -0.1, "low": -0.3}, "worse chances: too few"), ({"value": 0.5, "low": None, "high": None}, "better chances: too few"),
+])
+def test_went_with(row, says):
+    """How sure it is that a behaviour went with better or worse chances."""
+    assert went_with({"support": 5, "low": 0.4, "high": 0.6, "q": 0.05} | row) == f"went with {says}"
 
 
 def test_counted():
@@ -215,6 +229,7 @@ def test_filter_finds_words_of_the_behaviour(pages, page):
     """The filter looks at what a behaviour is, on its card and in the table of all; the table sorts."""
     gallery = max((pages.first.parent / "behaviours").iterdir(), key=lambda path: path.stat().st_size)
     page.goto(gallery.as_uri())
+    page.fill("[data-least]", "1")
     names = page.locator(".card").evaluate_all("cards => cards.map(card => card.dataset.words)")
     assert page.locator("#rows tr").count() >= len(names)
     name = page.locator("#rows tr").last.locator("td").nth(1).inner_text()

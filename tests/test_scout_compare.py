@@ -13,6 +13,7 @@ from pitchlore.pipeline.views.scout.content.sources import chosen_matches, playe
 from pitchlore.pipeline.views.scout.content.write import write_pages
 from pitchlore.pipeline.views.scout.facts import PARTS, numbers, parts, played_s
 from pitchlore.schemas import SIDES, Behaviours
+from pitchlore.schemas.behaviours import for_people
 
 
 def facts_of(script: bytes):
@@ -68,7 +69,7 @@ def test_numbers_of_both(store, league):
 
 
 def test_knowledge(store, league):
-    """A version's script has each team's behaviours, by evidence, as the table has them."""
+    """A version's script has each team's behaviours, in their order for people, as the table has them."""
     manifest = compare.versions(store)[0]
     table = store.read_table(manifest, "behaviours", Behaviours)
     found = facts_of(compare.knowledge(store, manifest, league, lines_of(store, league)))
@@ -81,8 +82,7 @@ def test_knowledge(store, league):
         played = sum(played_s(match.trajectories) for match in sides)
         assert team["minutes"] == pytest.approx(played / 60)
         assert 0 < played <= sum(match.matches["duration_s"][0] for match in sides)
-        evidence = [row[2] if row[3] is None else row[3] for row in team["behaviours"]]
-        assert evidence == sorted(evidence, reverse=True)
+        assert [row[0] for row in team["behaviours"]] == for_people(rows)["behaviour_id"].to_list()
     part = facts_of(compare.knowledge(store, manifest, league[:1], lines_of(store, league)))
     assert {team["minutes"] for team in part["teams"]} == {None}, "a match that it was learned from is not there"
 

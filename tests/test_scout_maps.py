@@ -153,7 +153,7 @@ def test_as_many_as_the_support(store, pages, learned):
         with pytest.MonkeyPatch.context() as patched:
             patched.setattr("pitchlore.pipeline.views.scout.gallery.SHOWN", shown)
             patched.setattr("pitchlore.pipeline.views.scout.gallery.SHOWN_OF_ORDER", 1)
-            patched.setattr("pitchlore.pipeline.views.scout.content.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
+            patched.setattr("pitchlore.pipeline.views.scout.content.teams.for_people", lambda own: own.with_columns(effect=0.0).sort("n", "support", descending=[False, True]))
             for team in with_behaviours(store):
                 own = [match for match in played(store) if team in (match.home, match.away)]
                 for card in gallery(team, own, newest(store), learned)["cards"]:
@@ -305,6 +305,9 @@ def test_roles_filter(store, pages, page):
     """The gallery shows the cards of one role, together with the other filters."""
     page.goto(page_of(pages, "behaviours", richest(store)).as_uri())
     cards = page.locator(".card:visible")
+    rare = cards.count()
+    page.fill("[data-least]", "1")
+    assert rare < cards.count(), "what was seen fewer than five times is shown when it is asked for"
     everything, roles = cards.count(), page.locator("[data-is] option").all_inner_texts()[1:]
     counts = {}
     for role in roles:

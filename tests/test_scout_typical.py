@@ -52,16 +52,16 @@ def test_alone_in_the_league():
 
 
 def test_the_first_of_each_order():
-    """The page has the first by evidence, those of one situation, and the first by support, by value, of what is new, of what is typical, and by worth in all."""
+    """The page has the first, those of one situation, and the first by support, by value and its lower end, of what is new, of what is typical, and of what went with worse chances."""
     size = 200
     table = pl.DataFrame({
         "behaviour_id": [f"b{i}" for i in range(size)], "codes": [[44] if i == 90 else [44, 21] for i in range(size)], "support": range(size), "value": [abs(i - 100) for i in range(size)],
-        "low": [9.0 if i == 160 else -1.0 for i in range(size)], "new": [i in (120, 150) for i in range(size)], "at_least": [float(i == 70) or None for i in range(size)]})
+        "low": [9.0 if i == 160 else -1.0 for i in range(size)], "effect": [-9.0 if i == 155 else 1.0 for i in range(size)], "new": [i in (120, 150) for i in range(size)], "at_least": [float(i == 70) or None for i in range(size)]})
     shown = leading(table)["behaviour_id"].to_list()
-    assert shown[:SHOWN] == [f"b{i}" for i in range(SHOWN)], "by evidence, the order it has"
+    assert shown[:SHOWN] == [f"b{i}" for i in range(SHOWN)], "the order it has"
     assert {f"b{i}" for i in range(size - SHOWN_OF_ORDER, size)} <= set(shown), "by support"
-    assert {"b120", "b150", "b70", "b160", "b90"} <= set(shown)
-    assert len(shown) <= SHOWN + 1 + 5 * SHOWN_OF_ORDER
+    assert {"b120", "b150", "b70", "b160", "b155", "b90"} <= set(shown)
+    assert len(shown) <= SHOWN + 1 + 6 * SHOWN_OF_ORDER
     assert leading(table.head(3)).equals(table.head(3))
 
 

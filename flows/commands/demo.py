@@ -32,19 +32,21 @@ from pitchlore.pipeline.engine.season import play_seasons
 from pitchlore.pipeline.engine.teams import entrant
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.face.versions import Knowledge
-from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import OptionSettings, Settings
 from pitchlore.pipeline.stages.seasons.settings import Season, named_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.write import write_pages as scouted
 from pitchlore.schemas import Behaviours
+from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 SAMPLE = Path("data/samples/rsim-vss-3v3.parquet")
 _MINUTES = 4.0
 #: A season that is short enough to be watched: three games of a minute.
 _GAMES, _GAME_S = 3, 60.0
 _GOALS_SHOWN = 8
+#: Behaviours that are shown of those that went with better chances, and of those with worse.
+_BEHAVIOURS_SHOWN = 5
 #: The strength of the copy of three such matches, docs/decisions/options.md, "The demo's copy".
 _EXPECTED = ("in twenty other pairs of matches of eight minutes it was ahead of static by 3.7 goals a match "
              "(2.3 to 5.0), the team itself by 2.6 (1.0 to 4.2)")
@@ -153,16 +155,18 @@ def _behaviours(store: Store, out: Console) -> None:
     assert newest is not None
     learner = imitates(newest)
     assert learner is not None
-    known = of_imitated(newest, store.read_table(newest, "behaviours", Behaviours)).filter(pl.col("n") > 1)
-    best = known.sort(*BY_EVIDENCE, descending=True).head(5)
+    known = of_imitated(newest, store.read_table(newest, "behaviours", Behaviours)).filter(
+        pl.col("n") > 1, pl.col("support") >= SHOWN_FROM)
+    better = known.filter(pl.col("value") > 0)
     out.print()
-    shown = best.select(
-        "role", spelt("codes").alias("what the robot does"), pl.col("support").alias("seen"),
-        pl.col("value").alias("worth"), "low", "high",
-    )
-    title = (f"What the team {learner.team!r} does: the five of {known.height} behaviours that surely pay "
-             "(worth 1: a goal that nobody expected)")
-    print_frame(shown, title=title)
+    for side, own in (("better", better), ("worse", known.filter(pl.col("value") < 0))):
+        shown = for_people(own).head(_BEHAVIOURS_SHOWN).select(
+            "role", spelt("codes").alias("what the robot does"), pl.col("support").alias("seen"),
+            "value", "low", "high",
+        )
+        print_frame(shown, title=(
+            f"Went with {side} chances of the team {learner.team!r}: the first of {own.height} behaviours "
+            "(value 1: a goal that nobody expected)"))
     print_known(Knowledge(store, newest))
 
 

@@ -6,7 +6,6 @@ import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import (
-    by_evidence,
     console,
     print_frame,
     print_json,
@@ -15,6 +14,7 @@ from pitchlore.flows.commands.printing import (
 )
 from pitchlore.flows.commands.verify import verify_versions
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 
 def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
@@ -41,7 +41,7 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
 
 def show(
     version: int | None = None, *, team: str | None = None, kind: str | None = None, role: str | None = None,
-    support: int = 1, json: Json = False, common: Common = DEFAULTS,
+    support: int = SHOWN_FROM, json: Json = False, common: Common = DEFAULTS,
 ) -> None:
     """Show the behaviours of a version, the newest by default, each team's by itself.
 
@@ -65,11 +65,12 @@ def show(
     print_known(known)
     for (of, league), own in rows.group_by("team", "kind", maintain_order=True):
         print_frame(
-            by_evidence(own).select(
-                "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper",
-                spelt("codes"),
+            for_people(own).select(
+                "behaviour_id", "n", "support", "value", "low", "high", "pays", "effect", "family", "x", "y",
+                "paper", spelt("codes"),
             ),
-            title=f"{'all teams' if of is None else of} ({league or 'all'}), by the lower end of value",
+            title=f"{'all teams' if of is None else of} ({league or 'all'}), by effect: value times support, "
+                  "what V changed with them in all; those that went with a rise first",
         )
     if known.habits.height:
         often = known.habits.sort("role", "share", descending=[False, True])

@@ -16,7 +16,6 @@ from rich.text import Text
 
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.face.versions import Knowledge, Policy
-from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
@@ -111,11 +110,6 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     for row in frame.iter_rows():
         table.add_row(*map(_cell, row))
     console().print(table)
-
-
-def by_evidence(behaviours: pl.DataFrame) -> pl.DataFrame:
-    """Behaviours, those that surely pay first."""
-    return behaviours.sort(*BY_EVIDENCE, descending=True)
 
 
 def in_words(behaviour: str) -> str:

@@ -25,10 +25,10 @@ from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import ALL
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.schemas import Behaviours
+from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.engine.recordings import Recording
@@ -160,10 +160,15 @@ def _print_behaviours(store: Store, version: int) -> None:
     knowledge = store.manifest("knowledge", version)
     known, learner = store.read_table(knowledge, "behaviours", Behaviours), imitates(knowledge)
     shown = of_imitated(knowledge, known)
-    best = shown.sort(*BY_EVIDENCE, descending=True).group_by("role", maintain_order=True).head(6)
     whose = "" if learner is None else f" of {learner.team} ({learner.kind}), which policies imitate"
-    print_frame(best.select("behaviour_id", "support", "value", "low", "high", spelt("codes")),
-                title=f"best of {shown.height} behaviours{whose}, by the lower end of what they change of V")
+    often = for_people(shown.filter(pl.col("support") >= SHOWN_FROM))
+    if often.is_empty():
+        console().print(f"no behaviour{whose} was seen {SHOWN_FROM} times; see pitchlore kb show --support 1")
+    best = often.group_by("role", better=pl.col("value") > 0, maintain_order=True).head(4)
+    if best.height:
+        print_frame(best.select("behaviour_id", "support", "value", "low", "high", "pays", spelt("codes")),
+                    title=f"first of {often.height} behaviours{whose}, by what V changed with them in all "
+                          f"(seen {SHOWN_FROM} times or more)")
     if known.height > shown.height:
         console().print(f"behaviours of other teams: {known.height - shown.height}; see pitchlore kb show")
 

@@ -173,7 +173,7 @@ def _commit(
     growth = growth_rows(
         season, number, decided, played,
         of_imitated(known, table_of(own, known, Occasions)),
-        of_imitated(known, table_of(own, known, Behaviours)),
+        of_imitated(known, table_of(own, known, Behaviours)).filter("kept"),
     )
     return store.commit(_work(season), Made(
         tables=[(pl.concat([_so_far(store, before, Games), row]), Games),

@@ -14,14 +14,13 @@ from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.stages.sides.teams import Team, TeamRecord, imitated, teams
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import ROLES, Behaviours, Decisions, Habits, Occasions, Patterns, Sides
-from pitchlore.schemas.behaviours import moves_randomly
+from pitchlore.schemas.behaviours import SHOWN_FROM, for_people, moves_randomly
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
 _PARENT = "parent"
@@ -99,7 +98,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     if before is not None:
         known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
     decisions = ((part, sides) for part in inputs.table("decisions", Decisions).iter_slices(_AT_ONCE))
-    can = known.filter(**learner._asdict())["behaviour_id"] if learner is not None else None
+    can = known.filter("kept", **learner._asdict())["behaviour_id"] if learner is not None else None
     occurred = occasions(decisions, learner, version, settings, can)
     matches = len(inputs["sides"])
     if before is not None:
@@ -251,32 +250,34 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
 
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
-    """Counts for people, over all teams. States and occasions are those of ``state_key``."""
+    """Counts for people, over all teams: behaviours that are kept, states and occasions of ``state_key``."""
     from pitchlore.pipeline.stages.knowledge import finest  # noqa: PLC0415 (see pipeline.engine.stages)
 
     occurred = finest(occurred)
     roles = {
         role: {
-            "behaviours": known.filter(pl.col("role") == role).height,
+            "behaviours": known.filter("kept", role=role).height,
             "states": occurred.filter(pl.col("role") == role).select("team", "kind", "state").unique().height,
             "occasions": occurred.filter(pl.col("role") == role).height,
         }
         for role in ROLES
     }
-    return {"matches": matches, "behaviours": known.height, "occasions": occurred.height, "roles": roles}
+    return {"matches": matches, "behaviours": int(known["kept"].sum()),
+            "occasions": occurred.height, "roles": roles}
 
 
 def describe(store: Store, manifest: Manifest) -> str:
-    """A version of the knowledge as Markdown: counts, and what is best of the team that policies imitate."""
+    """A version of the knowledge as Markdown: counts, and what the team that policies imitate did."""
     known = of_imitated(manifest, table_of(store, manifest, Behaviours))
     lines = [f"# Knowledge version {manifest.version}", "", "| role | behaviours | states | occasions |",
              "|---|---|---|---|"]
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
               for role, c in manifest.details["roles"].items()]
     lines += ["", "| behaviour | support | value | 95 % interval |", "|---|---|---|---|"]
-    best = known.sort(*BY_EVIDENCE, descending=True).head(30)
+    shown = for_people(known.filter(pl.col("support") >= SHOWN_FROM))
+    first = shown.group_by(better=pl.col("value") > 0, maintain_order=True).head(15)
     lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
-              for b in best.iter_rows(named=True)]
+              for b in first.iter_rows(named=True)]
     return "\n".join(lines)
 
 

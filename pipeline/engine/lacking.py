@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable
 
 import polars as pl
 
+from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.stage import Scope
 from pitchlore.pipeline.stages.sides import UNUSABLE
@@ -62,7 +63,8 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     selected, decided = (store.readable(noun, scope.name) for noun in ("behaviours", "decisions"))
     if selected is None or decided is None:
         return []
-    if selected.files["patterns"].rows or decided.details.get("decisions", 0):
+    kept = any(report["groups_kept"] for report in selected.details["reports"])
+    if kept or decided.details.get("decisions", 0):
         return []
     matches = [receipt for receipt in store.receipts("matches") if receipt.name in {*scope.matches} & count]
     useless = [receipt for receipt in store.receipts("matches")
@@ -78,9 +80,9 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     said = remarks(store, silent, UNSCORED, most=_NAMED)
     many = f"{len(matches)} match{'es' if len(matches) > 1 else ''}"
     if len(silent) == len(matches):
-        head = f"no goal of a team is known in {many}, so that nothing tells which behaviours pay"
+        head = f"no goal of a team is known in {many}, so that nothing tells which behaviours go with goals"
         return [f"No knowledge and no policy were made: {head}.", *said]
-    head = f"no behaviour surely pays in {many} with {counted} goal{'s' if counted != 1 else ''}"
+    head = f"no behaviour went with better chances beyond chance in {many} with {number_of(counted, 'goal')}"
     following = 'Import more matches, or say select_by = "value" in the [behaviours] settings'
     return [f"No knowledge and no policy were made: {head}. {following}.", *said]
 

@@ -263,7 +263,7 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
     table = all_decisions(
         lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]),
-        inputs.table("behaviours", Patterns), pl.concat(inputs.batches("sequences", Choices)),
+        inputs.table("behaviours", Patterns).filter("kept"), pl.concat(inputs.batches("sequences", Choices)),
     )
     found, logged = decision_digests(table), choosing(table)
     reported = {match.name: {"sha256": found.get(match.name, digest(b"")),
@@ -291,7 +291,7 @@ STAGES = Chain(
           (Values, Worths), 3, _values),
     Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "options", "goals", "values"),
           (Sequences, Choices, Sights), 4, _sequences),
-    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
+    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 7, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION,
           ("matches", "sides", "trajectories", "options", "behaviours", "decisions"),

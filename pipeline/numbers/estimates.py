@@ -9,9 +9,8 @@ _Z = 1.959964
 #: Least variance, so that quotients are finite.
 _LEAST = 1e-12
 
-#: Order of behaviours for people, from the last to the first: by evidence, never by value alone. Versions
-#: from before there were intervals have none.
-BY_EVIDENCE = (pl.coalesce("low", "value"), "behaviour_id")
+#: Greatest expected share of false ones among values that are called sure.
+FALSE_AT_MOST = 0.05
 
 
 def estimated(table: pl.DataFrame) -> pl.DataFrame:
@@ -35,3 +34,10 @@ def estimated(table: pl.DataFrame) -> pl.DataFrame:
     value = pl.when(pl.col("error").is_null()).then("mean").otherwise(pl.col("mean") - share * away)
     half = pl.when(pl.col("error").is_not_null()).then(_Z * (rest + widened).sqrt())
     return table.with_columns(value=value, low=value - half, high=value + half)
+
+
+def sides_of_zero() -> pl.Expr:
+    """Column pays of schema Behaviours, from its columns q, low and high."""
+    sure = pl.col("q") <= FALSE_AT_MOST
+    return pl.when(pl.col("q").is_null() | (sure & (pl.col("low") > 0))).then(pl.lit("+")).when(
+        sure & (pl.col("high") < 0)).then(pl.lit("-")).otherwise(pl.lit("?"))

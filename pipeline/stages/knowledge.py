@@ -8,13 +8,13 @@ from itertools import chain
 
 import polars as pl
 
-from pitchlore.pipeline.numbers.estimates import estimated
+from pitchlore.pipeline.numbers.estimates import estimated, sides_of_zero
 from pitchlore.pipeline.numbers.sums import added_up, exact
 from pitchlore.pipeline.settings import KnowledgeSettings
 from pitchlore.pipeline.stages.sides.teams import Team, as_of, of_teams
 from pitchlore.pipeline.state import project
 from pitchlore.schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
-from pitchlore.schemas.behaviours import moves_randomly
+from pitchlore.schemas.behaviours import PAYS, moves_randomly
 
 _TEAM = Team._fields
 _PAIR = (*_TEAM, "role", "key", "state", "behaviour_id")
@@ -56,7 +56,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
     ``pipeline.numbers.sums.QUANTUM``, and rounding recovers them (below a support of about a million). So
     merging in steps equals merging at once. The spread is pooled by the law of total variance. All else is
     the mean over the instances, but for the error and the interval, which get narrower as those of the mean
-    of independent estimates do.
+    of independent estimates do, and for ``q``: a part in which a behaviour was sure is enough.
 
     Args:
         parts: rows of schema Behaviours, of distinct instances; the earlier versions first.
@@ -79,6 +79,8 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
         error=pl.when(pl.col("error").is_not_null().all()).then(
             (pl.col("support") * pl.col("error")).pow(2).sum().sqrt() / whole),
         support=whole,
+        q=pl.col("q").min(),
+        kept=pl.col("kept").any(),
         family_size=pl.when(pl.col("family_size").is_not_null().all()).then(pl.col("family_size").max()),
         **{
             name: pl.when(pl.col(name).is_not_null().all()).then(
@@ -86,7 +88,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
             for name in ("family", "family_spread", "paper", "x", "y")
         },
     )
-    return _behaviours(estimated(merged), version)
+    return _behaviours(estimated(merged).with_columns(pays=sides_of_zero().cast(pl.Enum(PAYS))), version)
 
 
 def _behaviours(patterns: pl.DataFrame, version: int) -> pl.DataFrame:

@@ -218,7 +218,8 @@ def is_there(path: Path) -> bool:
 
 def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: Sequence[str]) -> str:
     columns = ", ".join(
-        f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
+        f'coalesce("{name}", {quote(str(schema.FORMER[name]))}) as "{name}"' if name in schema.FORMER
+        else f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
         for name, dtype in schema.dtypes().items()
     )
     inside = ", ".join(quote(pattern(file)) for file in files)

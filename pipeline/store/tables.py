@@ -91,7 +91,8 @@ def joined(data: Sequence[bytes], schema: type[Table], *, where: Sequence[str]) 
 def scan(paths: Sequence[str], schema: type[Table]) -> pl.LazyFrame:
     """Tables in Parquet files one after the other, as a lazy frame of the present version of the schema.
 
-    Columns that are newer than a file are null; its enumerations get the words that are newer than it.
+    Columns that are newer than a file are null, or as ``FORMER`` says; its enumerations get the words that
+    are newer than it.
     """
     if not paths:
         return schema.empty().lazy()
@@ -104,9 +105,14 @@ def scan(paths: Sequence[str], schema: type[Table]) -> pl.LazyFrame:
         part = pl.scan_parquet(earlier, glob=False)
         there = part.collect_schema()
         parts.append(part.select(
-            pl.col(name).cast(dtype) if name in there else pl.lit(None, dtype=dtype).alias(name)
+            pl.col(name).cast(dtype) if name in there else _former(schema, name)
             for name, dtype in schema.dtypes().items()))
     return pl.concat(parts)
+
+
+def _former(schema: type[Table], name: str) -> pl.Expr:
+    """A column that a file of an earlier version lacks."""
+    return pl.lit(schema.FORMER.get(name), dtype=schema.dtypes()[name]).alias(name)
 
 
 def _widened(frame: pl.DataFrame, schema: type[Table]) -> Iterator[tuple[str, pl.DataType]]:
@@ -122,7 +128,8 @@ def _widened(frame: pl.DataFrame, schema: type[Table]) -> Iterator[tuple[str, pl
 def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFrame:
     """The table in Parquet bytes that :func:`to_parquet` made, as the present version of the schema has it.
 
-    Columns that are newer than the file are null; its enumerations get the words that are newer than it.
+    Columns that are newer than the file are null, or as ``FORMER`` says; its enumerations get the words that
+    are newer than it.
 
     Raises:
         SchemaMismatch: if it is tagged as another table or version, or has other columns.
@@ -142,7 +149,7 @@ def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFram
     if tag != schema.tag():
         added = [name for name, column in schema.columns().items()
                  if column.nullable and name not in frame.columns]
-        frame = frame.with_columns(pl.lit(None, dtype=schema.dtypes()[name]).alias(name) for name in added)
+        frame = frame.with_columns(_former(schema, name) for name in added)
         frame = frame.select([name for name in schema.dtypes() if name in frame.columns])
         frame = frame.with_columns(pl.col(name).cast(wider) for name, wider in _widened(frame, schema))
     _check_columns(frame, schema, where)

@@ -189,7 +189,7 @@ def scored(name: str) -> Golden:
         shutil.copytree(_data().name, data, ignore=shutil.ignore_patterns("knowledge", "policies"), dirs_exist_ok=True)
         run(data, [], settings := named_run(name))
         store = Store(data)
-        behaviours = store.read_table(next(store.receipts("behaviours")), Patterns.NAME, Patterns)
+        behaviours = store.read_table(next(store.receipts("behaviours")), Patterns.NAME, Patterns).filter("kept")
         policies, states = (store.read_table(store.latest("policies"), table.NAME, table) for table in (Policies, States))
     best = policies.join(states, on=("role", "key", "state")).sort("q", "behaviour_id", descending=True).head(2)
     return Golden(_csv(

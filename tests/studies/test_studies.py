@@ -24,6 +24,7 @@ import seasons.study
 import sensitivity.study
 import soak.league
 import soak.study
+import surely.study
 import transfer.study
 import usual.study
 import values.shipped
@@ -77,7 +78,7 @@ def commands_here(monkeypatch, call):
         return subprocess.CompletedProcess(words, code, said, error)
 
     process = soak.league.League.call
-    for study in (teams_apart, expected_goals, harness, paradigms.study, seasons.study):
+    for study in (teams_apart, expected_goals, harness, surely.study, paradigms.study, seasons.study):
         monkeypatch.setattr(study, "command", command)
     for league in (scale.study.Bench, soak.league.League):
         monkeypatch.setattr(league, "call", answer)
@@ -115,6 +116,14 @@ class TestParts:
         monkeypatch.setattr(harness, "software", lambda: "other")
         with harness.going_on(tmp_path, __file__) as parts:
             assert parts([1], lambda _: "new") == ["new"]
+
+
+def test_surely(tmp_path, commands_here):
+    """Behaviours that are called sure are counted in other matches; of moved outcomes the corrected rule calls hardly any so."""
+    surely.study.main(tmp_path, tmp_path / "data", 1, ("random",), (2, 2), minutes=2.0)
+    same_columns(tmp_path, "surely", "surely.csv")
+    said = {(row["outcomes"], row["rule"]): row["said"] for row in pl.read_csv(tmp_path / "surely.csv").filter(pl.col("pays") == "-").iter_rows(named=True)}
+    assert said["as they were", "today"] > said["as they were", "rates"] >= said["moved", "rates"]
 
 
 def test_the_makefile_names_every_study():

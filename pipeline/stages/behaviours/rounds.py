@@ -66,7 +66,8 @@ def learn(
     last = settings.rounds[-1] if settings.usual else None
     taken = dict[int, Bools]()
     for round_ in settings.rounds:
-        before, newest = pl.concat(known), pl.concat([known[0], *known[-len(chunks.teams):]])
+        before, newest = (pl.concat(each).filter("kept")
+                          for each in (known, [known[0], *known[-len(chunks.teams):]]))
         merged = spelt(merge(_left(chunks, round_.n, newest, taken)), round_.n)
         for who, team in enumerate(chunks.teams):
             own = merged.filter(pl.col("who") == who).drop("who")

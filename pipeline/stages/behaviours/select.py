@@ -1,4 +1,4 @@
-"""Behaviours: the grams that recur and pay (paper section 3.2.2)."""
+"""Behaviours: the grams that recur and have a value (paper section 3.2.2), above 0 or below it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.numbers.estimates import sides_of_zero
+from pitchlore.pipeline.numbers.statistics import false_discovery_rates
 from pitchlore.pipeline.settings import BehaviourSettings, RoundSettings
 from pitchlore.pipeline.stages.behaviours.neurons import neurons
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
@@ -29,8 +31,9 @@ class RoundReport(NamedTuple):
         activations: instances for each neuron.
         neurons_kept: neurons with at least ``threshold`` activations.
         groups_on_kept: distinct grams on these neurons.
-        groups_kept: grams among them that became behaviours.
-        instances_kept: instances of these behaviours.
+        groups_kept: grams among them that the selection keeps.
+        instances_kept: instances of these.
+        groups_cost: grams on these neurons that lie on the other side of the threshold.
     """
 
     n: int
@@ -42,6 +45,7 @@ class RoundReport(NamedTuple):
     groups_on_kept: int
     groups_kept: int
     instances_kept: int
+    groups_cost: int
 
 
 class RoundResult(NamedTuple):
@@ -70,8 +74,9 @@ def select(
 
     The grams of all roles train one map. A neuron is kept if its activations reach the round's share
     of the groups (or of all recognised situations, by the settings). The grams on kept neurons whose
-    value, or the lower end of its interval, is above the threshold become behaviours, role by role. All on
-    kept neurons do in a role that is not in ``paying`` and has none above the threshold.
+    value, or the lower end of its interval, is above the threshold are kept, role by role. All on
+    kept neurons are in a role that is not in ``paying`` and has none above the threshold. Those whose value,
+    or the upper end of its interval, is below the threshold's negative become behaviours that are not kept.
 
     Args:
         grams: a row a (role, codes), all of the round's n (``pipeline.stages.behaviours.grams.merge``).
@@ -84,7 +89,7 @@ def select(
     whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())
     threshold = round_.activation * whole
     if grams.is_empty():
-        report = RoundReport(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0)
+        report = RoundReport(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0, 0)
         return RoundResult(
             Patterns.empty(), np.empty(0, dtype=np.int64), Neurons.empty(), None, report)
     codes = grams["codes"].list.to_array(round_.n).to_numpy()
@@ -101,17 +106,22 @@ def select(
     mean, placed = pl.col("mean"), pl.when(pl.col("placed") > 0).then("placed")
     purposeful = pl.col("codes").list.eval(pl.element() != MOVES_RANDOMLY).list.any()
     on_kept = estimated.with_columns(pl.Series("neuron", neuron)).filter(pl.Series(kept[neuron]))
-    pays = pl.col(settings.select_by) > settings.value_over
-    patterns = on_kept.filter(
-        pl.col("count") >= settings.support_at_least, settings.keep_random | purposeful,
-    ).filter(pays | ~(pays.any().over("role") | pl.col("role").is_in(paying))).select(
+    above = pl.col(settings.select_by) > settings.value_over
+    costs = pl.col("high" if settings.select_by == "low" else "value") < -settings.value_over
+    candidates = on_kept.filter(
+        pl.col("count") >= settings.support_at_least, settings.keep_random | purposeful)
+    rates = pl.Series("q", false_discovery_rates(*candidates.select("mean", "error").to_numpy().T))
+    patterns = candidates.with_columns(
+        rates, kept=above | ~(above.any().over("role") | pl.col("role").is_in(paying)),
+    ).filter(pl.col("kept") | costs).select(
         id_of().alias("behaviour_id"),
         "role",
         "codes",
         "n",
         "value", "neuron", "low", "high", "mean", "error", "family", "family_spread",
-        "family_size",
+        "family_size", "q", "kept",
         support="count",
+        pays=sides_of_zero(),
         spread=(pl.col("value_square_sum") / pl.col("count") - mean**2).clip(lower_bound=0).sqrt(),
         paper=pl.col("paper_sum") / pl.col("count"),
         x=pl.col("x_sum") / placed, y=pl.col("y_sum") / placed,
@@ -125,7 +135,8 @@ def select(
         activations=tuple(activations.tolist()),
         neurons_kept=int(kept.sum()),
         groups_on_kept=on_kept.height,
-        groups_kept=patterns.height,
-        instances_kept=int(patterns["support"].sum()),
+        groups_kept=int(patterns["kept"].sum()),
+        instances_kept=int(patterns.filter("kept")["support"].sum()),
+        groups_cost=int((~patterns["kept"]).sum()),
     )
     return RoundResult(patterns, neuron, neurons(som, neuron, grams, kept), som, report)

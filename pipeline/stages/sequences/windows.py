@@ -137,7 +137,7 @@ def instances(
     Args:
         sequence: columns role, code and follows, perhaps who [S].
         patterns: columns role and codes (schema Patterns), of any lengths, none twice; with a column who, a
-            pattern has instances of that owner only.
+            pattern has instances of that owner only; with a column kept, those that are not use up nothing.
         taken: bool [S], situations that are used up before; those of the instances are marked in place. None:
             none are.
 
@@ -148,6 +148,8 @@ def instances(
     role = patterns["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
     who = patterns["who"].to_numpy().astype(np.int64) if "who" in patterns.columns else None
     length = patterns["codes"].list.len().to_numpy()
+    uses = (patterns["kept"].fill_null(value=True).to_numpy() if "kept" in patterns.columns
+            else np.ones(len(length), dtype=np.bool_))
     for n in sorted(set(length.tolist()), reverse=True):
         rows = np.flatnonzero(length == n)
         codes = patterns["codes"][rows].list.to_array(n).to_numpy()
@@ -157,5 +159,5 @@ def instances(
         runs = windows(sequence, n, taken)
         at = np.minimum(np.searchsorted(key, runs.key), len(rows) - 1)
         found = key[at] == runs.key
-        taken[runs.first[found][:, None] + np.arange(n)] = True
+        taken[runs.first[found & uses[rows[at]]][:, None] + np.arange(n)] = True
         yield Instances(n, runs.first[found], runs.key[found], rows[at[found]])

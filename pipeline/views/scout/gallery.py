@@ -1,4 +1,4 @@
-"""The gallery: behaviours of a team by evidence, and occurrences of each to look at."""
+"""The gallery: behaviours of a team in their order for people, and occurrences of each to look at."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
+from pitchlore.schemas.behaviours import SHOWN_FROM
 
 #: No robot.
 NOBODY = -1
@@ -15,10 +15,8 @@ NOBODY = -1
 EACH = 4
 #: Of these, clips shown at first.
 AT_FIRST = 4
-#: Behaviours shown beside those of one situation: the first by evidence, and the first in each other order.
+#: Behaviours shown beside those of one situation: the first, and the first in each other order.
 SHOWN, SHOWN_OF_ORDER = 50, 10
-#: What a behaviour is worth in all, at least: the lower end of its value, times its support.
-DANGER = pl.col("low") * pl.col("support")
 #: Seconds shown before and after an occurrence.
 LEAD_S, TAIL_S = 1.0, 1.5
 
@@ -55,18 +53,15 @@ class Clip(NamedTuple):
                    round(max(start_ns / 1e9 - before_s, 0.0), 2), round(end_ns / 1e9 + after_s, 2), says)
 
 
-def ranked(behaviours: pl.DataFrame) -> pl.DataFrame:
-    """Behaviours by evidence: the lower end of the value's interval, never the value alone."""
-    return behaviours.sort(*BY_EVIDENCE, descending=True)
-
-
 def leading(ranked: pl.DataFrame) -> pl.DataFrame:
-    """The behaviours that a page shows: the first by evidence, in each other order, and all of one situation.
+    """The behaviours that a page shows: the first, the first in each other order, and all of one situation.
 
     Args:
-        ranked: behaviours by evidence, with columns codes, support, value, low, new and at_least.
+        ranked: behaviours in their order, with columns codes, support, value, low, effect, new and at_least.
     """
-    orders = (pl.col("support"), pl.col("value"), pl.col("new"), pl.col("at_least"), DANGER)
+    often = pl.when(pl.col("support") >= SHOWN_FROM)
+    orders = (*map(pl.col, ("support", "new", "at_least")), often.then("value"), often.then("low"),
+              -pl.col("effect"))
     first = [pl.int_range(pl.len()) < SHOWN, pl.col("codes").list.len() == 1, *(
         order.rank("ordinal", descending=True) <= SHOWN_OF_ORDER for order in orders)]
     return ranked.filter(pl.any_horizontal(first))

@@ -11,7 +11,7 @@ import polars as pl
 from pitchlore.pipeline.views.scout.words import said
 from pitchlore.schemas.behaviours import id_of
 
-#: Grams that the panel of a neuron lists, the most frequent first; and behaviours, by evidence.
+#: Grams that the panel of a neuron lists, the most frequent first; and behaviours, in their order for people.
 LISTED = 12
 #: Percent of the heat's colour in the busiest cell: words on it stay readable.
 _DARKEST = 45
@@ -46,7 +46,7 @@ def maps(
     Args:
         neurons: rows of schema Neurons of the team.
         grams: rows of schema Grams of the team.
-        behaviours: from :func:`lying`, by evidence.
+        behaviours: from :func:`lying`, in their order for people.
         names: names of the situations, by code.
         shown: ids of the behaviours that have a card in the gallery.
     """

@@ -1,4 +1,4 @@
-"""Restarts that pay: outcomes within some seconds, beside those of any moment of play."""
+"""Restarts: outcomes within some seconds, beside those of any moment of play."""
 
 from __future__ import annotations
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
+from pitchlore.pipeline.numbers.estimates import FALSE_AT_MOST
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
+from pitchlore.schemas.behaviours import SHOWN_FROM
 
 #: Names of the situations, by code; the paper's "it's own goal" is spelt right.
 NAMES = {code: name.replace("it's", "its") for code, (name, _) in TABLE_1.items()}
@@ -19,6 +22,22 @@ def short(name: str) -> str:
 def said(codes: Sequence[int], names: Mapping[int, str] = NAMES) -> str:
     """Situations in words; a code that has no name stands for itself."""
     return ", then ".join(short(names.get(code, f"{code:03d}")) for code in codes)
+
+
+def went_with(row: Mapping[str, Any]) -> str:
+    """The side of chances that went with a behaviour, and how sure that is; no effect of doing it is meant.
+
+    *Sure*: among those that are as sure, at most 5 % false ones are expected. *Likely*: the 95 % interval of
+    its value excludes 0. *Too few*: seen fewer than five times, or the interval has 0 in it.
+
+    Args:
+        row: support, value, low, high and q of schema Behaviours.
+    """
+    side = "better" if row["value"] > 0 else "worse"
+    if row["support"] < SHOWN_FROM or row["low"] is None or row["low"] <= 0 <= row["high"]:
+        return f"went with {side} chances: too few"
+    sure = row["q"] is not None and row["q"] <= FALSE_AT_MOST
+    return f"went with {side} chances: {'sure' if sure else 'likely'}"
 
 
 def of_behaviour(behaviour_id: str) -> str:

@@ -10,7 +10,6 @@ import polars as pl
 
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
 from pitchlore.pipeline.engine.outputs import table_of
-from pitchlore.pipeline.numbers.estimates import BY_EVIDENCE
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.views.scout.content.matches import MEASURES
@@ -23,6 +22,7 @@ from pitchlore.pipeline.views.scout.content.sources import (
 from pitchlore.pipeline.views.scout.content.teams import over
 from pitchlore.pipeline.views.scout.words import NAMES, short
 from pitchlore.schemas import SIDES, Behaviours
+from pitchlore.schemas.behaviours import for_people
 
 #: Versions of the knowledge that can be compared: the newest.
 VERSIONS = 4
@@ -67,7 +67,7 @@ def versions(store: Store) -> list[Manifest]:
 def knowledge(
     store: Store, manifest: Manifest, league: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> bytes:
-    """A script that has the behaviours of a version, each team's by itself and by evidence.
+    """A script that has the behaviours of a version, each team's by itself, in their order for people.
 
     Of each its id, support, value, and the ends of the value's 95 % interval; of each team its minutes of
     play in the matches that the version was learned from, null where one of these is unknown.
@@ -82,7 +82,7 @@ def knowledge(
     known = table_of(store, manifest, Behaviours).drop_nulls("team")
     return _script("scoutKnowledge", {"version": manifest.version, "teams": [{
         "name": name, "kind": kind, "minutes": None if minutes is None else minutes.get((name, kind)),
-        "behaviours": rows.sort(*BY_EVIDENCE, descending=True).select(
+        "behaviours": for_people(rows).select(
             "behaviour_id", "support", pl.col("value", "low", "high").round(4)).rows(),
     } for (name, kind), rows in known.group_by("team", "kind", maintain_order=True)]})
 

@@ -7,11 +7,11 @@ from typing import Any
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.sources import Known, TeamName, matches_in_words
 from pitchlore.pipeline.views.scout.content.teams import on_page
-from pitchlore.pipeline.views.scout.gallery import ranked
 from pitchlore.pipeline.views.scout.maps import lying, maps
 from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
 from pitchlore.pipeline.views.scout.transitions import Successions, transitions
 from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
+from pitchlore.schemas.behaviours import for_people
 
 #: Behaviours on the ring: those that were begun most often. Arrows from each: its commonest next ones.
 _NODES, _ARROWS = 16, 4
@@ -21,7 +21,7 @@ _LEAST, _SHOWN = 0.04, 6
 
 def maps_facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, Any]:
     """Content of the page of a team's maps."""
-    own = ranked(known.of(team)) if known is not None else None
+    own = for_people(known.of(team)) if known is not None else None
     shown = on_page(team, known, learned)["behaviour_id"].to_list() if known is not None else []
     grams, decisions = learned.grams(team), learned.decisions(team)
     on = lying(own, grams) if own is not None else None

@@ -27,6 +27,8 @@ from pitchlore.pipeline.views.scout.zones import third
 
 #: Matches that the report is made from, the newest; clips of a sentence.
 FROM, CLIPS = 20, 3
+#: Behaviours that went with its adversaries' chances: the report names so many.
+_WORSE = 3
 #: Thirds of the pitch, along and across, as the team sees them.
 _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), ("right", "centre", "left")
 
@@ -50,6 +52,7 @@ def opponent_facts(
     return {
         "team": team, "counted": matches_in_words(len(last), against_itself(team, last)),
         "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
+        "worse": dangerous(gallery["cards"], gallery["sides"], worse=True)[:_WORSE],
         "known": bool(gallery["cards"]),
         "sentences": [
             _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),

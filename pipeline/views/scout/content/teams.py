@@ -36,7 +36,7 @@ from pitchlore.pipeline.views.scout.facts import (
     trend,
 )
 from pitchlore.pipeline.views.scout.following import FOLLOWS_S, followed_by, following
-from pitchlore.pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
+from pitchlore.pipeline.views.scout.gallery import at_first, clips, leading, paths
 from pitchlore.pipeline.views.scout.maps import lying, neuron_key
 from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.occurrences import occurrence_places, occurrences
@@ -45,8 +45,9 @@ from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, pai
 from pitchlore.pipeline.views.scout.restarts import control_over_matches as any_moment
 from pitchlore.pipeline.views.scout.timeline import spark
 from pitchlore.pipeline.views.scout.transitions import Followed, neighbours_of, transitions
-from pitchlore.pipeline.views.scout.words import of_behaviour, said
+from pitchlore.pipeline.views.scout.words import of_behaviour, said, went_with
 from pitchlore.schemas import SIDES, note_on
+from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 #: Matches that clips are taken from: the newest.
 FROM = 40
@@ -56,7 +57,7 @@ DOTS = 60
 LEAST_S = 60.0
 #: Shots that are drawn, each with the way to its moment: the last.
 SHOTS = 200
-#: Behaviours in the table of all: the first by evidence.
+#: Behaviours in the table of all: the first.
 LISTED = 800
 #: Passes that are drawn: the last.
 PASSES = 200
@@ -248,20 +249,21 @@ def gallery(
     led = following(pl.concat(seen))
     by_behaviour, near = clips(pl.concat(seen)), neighbours_of(transitions(learned.decisions(team)))
     return {
-        "team": team, "version": known.manifest.version, "total": own.height,
+        "team": team, "version": known.manifest.version, "total": own.height, "shown_from": SHOWN_FROM,
         "roles": every["role"].cast(pl.String).unique().sort().to_list(), "follows_s": FOLLOWS_S,
         "counted_in": matches_in_words(len(newest), 0),
         "phrases": [said([code]) for code in every["codes"].explode().unique().sort().to_list()],
-        "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids}
-                  for row in every.head(LISTED).select(
-                      "behaviour_id", "codes", "role", "support", "value", "low", "high", "times", "at_least",
+        "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids,
+                         "went": went_with(row)} for row in every.head(LISTED).select(
+                      "behaviour_id", "codes", "role", "support", "value", "low", "high", "q", "times",
+                      "at_least",
                   ).iter_rows(named=True)],
         "cards": [{
             "id": row["behaviour_id"], "words": said(row["codes"]), "role": row["role"],
             "length": len(row["codes"]),
-            "danger": None if row["low"] is None else row["low"] * row["support"],
+            "went": went_with(row), "codes": row["codes"],
             **{name: row[name] for name in (
-                "support", "new", "value", "low", "high", "neuron", "times", "at_least")},
+                "support", "new", "value", "low", "high", "effect", "neuron", "times", "at_least")},
             "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
             "before": _reported(near.get(row["behaviour_id"], ([], []))[0], ids),
             "after": _reported(near.get(row["behaviour_id"], ([], []))[1], ids),
@@ -273,13 +275,13 @@ def gallery(
 
 
 def on_page(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
-    """The behaviours of a team that have cards, by evidence, with how typical of it they are."""
+    """The behaviours of a team that have cards, in their order, with how typical of it they are."""
     return leading(_typical(team, known, learned))
 
 
 def _typical(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
-    """All behaviours of a team, by evidence, with how typical of it they are."""
-    own = ranked(known.of(team))
+    """All behaviours of a team, in their order, with how typical of it they are."""
+    own = for_people(known.of(team))
     return own.join(learned.typical(team), on=["role", "codes"], how="left", maintain_order="left")
 
 

@@ -147,7 +147,7 @@ function filters() {
     words.focus();
   });
   const folds = holders.filter((holder) => holder.children.length > (holder.dataset.few ?? Infinity)).map((holder) => fold(holder, () => show()));
-  const filtered = () => words.value.trim() !== "" || Boolean(is?.value) || Number(least?.value || 0) > Number(least?.min || 0);
+  const filtered = () => words.value.trim() !== "" || Boolean(is?.value) || Number(least?.value || 0) > Number(least?.defaultValue || 0);
   const show = () => {
     folds.forEach((each) => each.cut(!filtered()));
     const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
@@ -170,7 +170,7 @@ function filters() {
 }
 
 /**
- * Put cards into the order of one of their numbers, the greatest first; equal ones stay by evidence.
+ * Put cards into the order of one of their numbers, the greatest first; equal ones stay as they are.
  *
  * While words are typed, the behaviours of the fewest situations that have them come first.
  */
