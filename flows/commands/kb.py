@@ -6,7 +6,9 @@ import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import (
+    SHOWN_FROM,
     console,
+    for_people,
     print_frame,
     print_json,
     print_known,
@@ -14,7 +16,6 @@ from pitchlore.flows.commands.printing import (
 )
 from pitchlore.flows.commands.verify import verify_versions
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 
 def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:

@@ -21,6 +21,8 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
 from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import note_on
+from pitchlore.schemas.behaviours import SHOWN_FROM as SHOWN_FROM
+from pitchlore.schemas.behaviours import for_people as for_people
 
 
 def warn(line: str) -> None:
