@@ -6,9 +6,9 @@ import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import (
-    SHOWN_FROM,
+    LEAST_SUPPORT,
+    by_effect,
     console,
-    for_people,
     print_frame,
     print_json,
     print_known,
@@ -42,7 +42,7 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
 
 def show(
     version: int | None = None, *, team: str | None = None, kind: str | None = None, role: str | None = None,
-    support: int = SHOWN_FROM, json: Json = False, common: Common = DEFAULTS,
+    support: int = LEAST_SUPPORT, json: Json = False, common: Common = DEFAULTS,
 ) -> None:
     """Show the behaviours of a version, the newest by default, each team's by itself.
 
@@ -66,7 +66,7 @@ def show(
     print_known(known)
     for (of, league), own in rows.group_by("team", "kind", maintain_order=True):
         print_frame(
-            for_people(own).select(
+            by_effect(own).select(
                 "behaviour_id", "n", "support", "value", "low", "high", "pays", "effect", "family", "x", "y",
                 "paper", spelt("codes"),
             ),

@@ -21,8 +21,10 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
 from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas import note_on
-from pitchlore.schemas.behaviours import SHOWN_FROM as SHOWN_FROM
-from pitchlore.schemas.behaviours import for_people as for_people
+from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
+
+#: Least support of behaviours that commands show, unless they are asked for fewer.
+LEAST_SUPPORT = SHOWN_FROM
 
 
 def warn(line: str) -> None:
@@ -112,6 +114,11 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     for row in frame.iter_rows():
         table.add_row(*map(_cell, row))
     console().print(table)
+
+
+def by_effect(behaviours: pl.DataFrame) -> pl.DataFrame:
+    """Behaviours in their order for people, with what V changed with them in all."""
+    return for_people(behaviours)
 
 
 def in_words(behaviour: str) -> str:
