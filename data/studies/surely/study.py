@@ -24,6 +24,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -164,7 +165,7 @@ def table_of(stores: list[Store], settings: BehaviourSettings) -> pl.DataFrame:
     rows = []
     for outcomes, moved in (("as they were", False), ("moved", True)):
         learning, other = (sequences_of(store, moved) for store in stores)
-        outcome = learn(lambda tables=learning: tables, sides_of(stores[0]), settings)
+        outcome = learn(partial(list, learning), sides_of(stores[0]), settings)
         again = seen_again(outcome, other, sides_of(stores[1]))
         both = said(outcome).join(again, on=("team", "kind", "role", "codes"), how="left")
         for rule in _RULES:
