@@ -20,6 +20,7 @@ import dask
 from distributed import Client, Future, LocalCluster
 from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
+from distributed.security import Security
 
 from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
 from pitchlore.pipeline.base.system import locked
@@ -40,6 +41,8 @@ GONE_S, _POLL_S = 5.0, 0.2
 _SETTINGS = {
     "distributed.comm.timeouts.connect": ANSWER_S,
     "distributed.worker.daemon": True,
+    "distributed.scheduler.http.routes": [],  # a page without a password
+    "distributed.worker.http.routes": [],
     # the library's own words for what our errors say in one line
     "distributed.logging.distributed": "critical",
     "distributed.admin.large-graph-warning-threshold": "1GB",
@@ -130,7 +133,8 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
     """A cluster's workers, after a check that they can do the work of this command.
 
     Args:
-        address: the scheduler's, as tcp://host:port; empty for a cluster of processes for this command.
+        address: the scheduler's, as tcp://host:port; empty for a cluster of processes for this command, which
+            listen on loopback only, to who has a certificate that was made for it.
         width: number of these processes.
         root: the data folder; all workers have to see it under this path.
 
@@ -143,13 +147,17 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with ExitStack() as stack:
-        if address:
+        if address:  # TLS, if Dask's settings of this machine say so
+            address = f"{dask.config.get('distributed.comm.default-scheme')}://{address.rpartition('/')[2]}"
             client = stack.enter_context(_connected(address))
         else:
             hold_threads()
+            # else any account of this machine could let the cluster run code
+            closed = Security.temporary()  # type: ignore[no-untyped-call]
             local = stack.enter_context(LocalCluster(
-                n_workers=width, threads_per_worker=1, processes=True, dashboard_address=":0",
-                silence_logs=logging.CRITICAL,
+                n_workers=width, threads_per_worker=1, processes=True, host="127.0.0.1", protocol="tls://",
+                dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+                security=closed, silence_logs=logging.CRITICAL,
             ))  # type: ignore[no-untyped-call]
             client = stack.enter_context(Client(local, set_as_default=False))  # type: ignore[no-untyped-call]
         where = address or "dask:local"
