@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from pitchlore.pipeline.engine import run as engine
@@ -22,10 +23,10 @@ def run(
     :func:`pipeline.engine.run.run`.
     """
     return engine.run(data, recordings, settings, train, limits, on, history,
-                      _write_pages if scout.refresh else None)
+                      partial(_write_pages, scout.mine) if scout.refresh else None)
 
 
-def _write_pages(store: Store, report: RunReport) -> None:
+def _write_pages(mine: str, store: Store, report: RunReport) -> None:
     from pitchlore.pipeline.views.scout.content.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
 
-    write_after(store, report)
+    write_after(store, report, mine)

@@ -242,6 +242,20 @@ class ChanceSettings(Frozen):
     goals_at_least: int = Field(default=30, ge=1)
 
 
+class ActSettings(Frozen):
+    """How V and the score go on after an act.
+
+    Attributes:
+        before_s: V before an act is that so long before it: at the act itself it is done.
+        after_s: V after it is that so long after it.
+        soon_s: a goal is said to follow it if it falls within this time.
+    """
+
+    before_s: float = Field(default=0.5, ge=0)
+    after_s: float = Field(default=2.0, gt=0)
+    soon_s: float = Field(default=8.0, gt=0)
+
+
 class SideSettings(Frozen):
     """The sides of the matches that count, and for whom. By default each team makes knowledge of its own.
 
@@ -541,6 +555,7 @@ class Settings(Frozen):
     models: ModelSettings = ModelSettings()
     chances: ChanceSettings = ChanceSettings()
     values: ValueSettings = ValueSettings()
+    acts: ActSettings = Field(default=ActSettings(), exclude_if=lambda acts: acts == ActSettings())
     sides: SideSettings = SideSettings()
     grams: GramSettings = GramSettings()
     behaviours: BehaviourSettings = BehaviourSettings()
@@ -640,9 +655,11 @@ class ScoutSettings(Frozen):
 
     Attributes:
         refresh: whether each run writes the pages whose matches are new.
+        mine: name of the team that a run and the first page tell of; empty: both teams of the newest match.
     """
 
     refresh: bool = False
+    mine: str = ""
 
 
 class RunSettings(Settings):

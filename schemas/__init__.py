@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pitchlore.schemas import lean  # noqa: F401 (before any other: see there)
+from pitchlore.schemas.acts import Acts as Acts
+from pitchlore.schemas.acts import Answers as Answers
 from pitchlore.schemas.analysis import Efforts as Efforts
 from pitchlore.schemas.analysis import PassAttempts as PassAttempts
 from pitchlore.schemas.analysis import Phases as Phases

@@ -55,6 +55,9 @@ class Table(dy.Schema):
     SINCE: ClassVar[int] = 0
     #: Values of columns that earlier files lack; the others that they lack are null.
     FORMER: ClassVar[Mapping[str, Any]] = {}
+    #: Of a table that no file holds: the query that makes it of others, and the tables that it looks into.
+    VIEW: ClassVar[str] = ""
+    LOOKS_INTO: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def readable(cls) -> tuple[str, ...]:

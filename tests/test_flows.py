@@ -55,14 +55,14 @@ def test_second_run(tmp_path, clips, finished):
     first = run(tmp_path)
     assert first.failures == {}
     assert [s.noun for s in first.stages] == [
-        "matches", "sides", "trajectories", "situations", "options", "goals", "events", "moments", "models",
-        "chances", "values", "sequences", "behaviours", "decisions"]
-    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 1, 1]
+        "matches", "sides", "trajectories", "situations", "options", "goals", "events", "analysis", "moments", "models",
+        "chances", "values", "sequences", "acts", "behaviours", "decisions"]
+    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 2, 1, 1]
     assert (first.knowledge, first.knowledge_is_new, first.policy, first.policy_is_new) == (1, True, 1, True)
     assert products(tmp_path) == products(finished)
     second = run(tmp_path)
     assert second.made == 0
-    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 1, 1]
+    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 2, 2, 2, 2, 1, 1]
     assert products(tmp_path) == products(finished)
 
 

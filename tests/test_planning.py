@@ -138,10 +138,10 @@ def test_command(copied, call):
     code, out, _ = call("run", "--plan", "--page", page, "--settings", settings, "--data", copied)
     assert (code, out.splitlines()[-1]) == (0, f"{page}: open it in a browser")
     text = page.read_text()
-    boxes = dict(re.findall(r'<rect class="(\w+)" [^>]+/><text[^>]+>(\w+)</text>', text)[n][::-1] for n in range(16))
+    boxes = dict(re.findall(r'<rect class="(\w+)" [^>]+/><text[^>]+>(\w+)</text>', text)[n][::-1] for n in range(18))
     assert list(boxes) == [*STAGES.of_matches, *STAGES.versioned]
     assert (boxes["goals"], boxes["sequences"], boxes["events"]) == ("new", "perhaps", "fresh")
-    assert text.count("<path ") == 20  # counted on the picture: a line that others imply is left out
+    assert text.count("<path ") == 23  # counted on the picture: a line that others imply is left out
     assert "setting before_s: 2.0 → 1.5" in text
     assert "<b>" not in text
     assert call("run", "--page", page, "--data", copied)[0] == 1

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import date, time
 from decimal import Decimal
+from typing import TYPE_CHECKING
 
 import polars as pl
 from rich.console import Console
@@ -25,6 +26,9 @@ from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 #: Least support of behaviours that commands show, unless they are asked for fewer.
 LEAST_SUPPORT = SHOWN_FROM
+
+if TYPE_CHECKING:
+    from pitchlore.pipeline.views.card import Card
 
 
 def warn(line: str) -> None:
@@ -142,12 +146,29 @@ def _cell(value: object) -> str:
     return printable(str(value)) if isinstance(value, (str, list)) else str(value)
 
 
-def print_training(store: Store) -> None:
-    """Print the training of the newest policy, a row for each key and role."""
+def print_cards(told: Sequence[Card]) -> None:
+    """Print what went with winning and with losing of each team, and what its newest match changed."""
+    out = console()
+    for card in told:
+        for what, sentences in (("winning", card.wins), ("losing", card.loses)):
+            out.print(f"{card.team}: what went with {what}", style="bold", highlight=False, markup=False)
+            for it in sentences:
+                goals = f"; {it.goals}" if it.goals else ""
+                out.print(f"  {it.says}, {it.often}{goals} ({it.sure})", soft_wrap=True, highlight=False)
+            if not sentences:
+                out.print("  too few matches tell yet", highlight=False)
+        for line in card.changed:
+            out.print(f"  newest match: {line[:1].lower()}{line[1:]}", soft_wrap=True, highlight=False)
+
+
+def print_training(store: Store, *, tables: bool = True) -> None:
+    """Print how the newest policy plays and, with ``tables``, its training: a row for each key and role."""
     newest = store.latest("policies")
     assert newest is not None
     policy = Policy(store, newest)
     console().print(policy.plays, soft_wrap=True, highlight=False)
+    if not tables:
+        return
     columns = ("pairs", "new_pairs", "decisions", "transitions", "first_error", "last_error")
     rows = [{"key": key, "role": role} | {c: counts[c] for c in columns}
             for key, roles in newest.details["tables"].items() for role, counts in roles.items()]

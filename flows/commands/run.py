@@ -12,6 +12,7 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, Ru
 from pitchlore.flows.commands.performing import perform
 from pitchlore.flows.commands.printing import (
     console,
+    print_cards,
     print_failed,
     print_frame,
     print_json,
@@ -42,6 +43,7 @@ def run(
     train: bool = True,
     isolate: Flag = False,
     flow: Flag = False,
+    verbose: Flag = False,
     plan: Flag = False,
     page: UserPath | None = None,
     on: On = None,
@@ -58,6 +60,7 @@ def run(
         train: Train a policy when the knowledge is new.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         flow: Run as a Prefect flow. Without a server the data folder's is started, and ends with the run.
+        verbose: Also print the tables of behaviours, rounds and training.
         plan: Change nothing: print which outputs would be made, why, and what they would cost by the log.
         page: With --plan: also write a web page with the graph of stages to this file.
         on: Where work is done.
@@ -82,7 +85,7 @@ def run(
     if json:
         print_json(report.model_dump())
     else:
-        _print_run(store, report)
+        _print_run(store, report, chosen.scout.mine, verbose=verbose)
     sys.exit(1 if report.failures else 0)
 
 
@@ -105,7 +108,7 @@ def bring_up_to_date(
         store.root, recordings, settings, train, limits, on, history, scout)
 
 
-def _print_run(store: Store, report: RunReport) -> None:
+def _print_run(store: Store, report: RunReport, mine: str, *, verbose: bool) -> None:
     out = console()
     idle = not report.made and not report.failures
     if report.knowledge is not None and idle:
@@ -127,7 +130,7 @@ def _print_run(store: Store, report: RunReport) -> None:
         if not report.notes:
             out.print(f"No match yet: drop recordings into {store.where}/inbox or `pitchlore import` them.")
         return
-    if not idle:
+    if not idle and verbose:
         _print_behaviours(store, report.knowledge)
         _print_rounds(store)
     new = {True: "new", False: "unchanged"}
@@ -135,9 +138,13 @@ def _print_run(store: Store, report: RunReport) -> None:
               f"{store.named(store.version_folder('knowledge', report.knowledge))}")
     if report.policy is not None:
         if not idle:
-            print_training(store)
+            print_training(store, tables=verbose)
         out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
                   f"{store.named(store.version_folder('policies', report.policy))}")
+    if not idle and store.mirror is None:
+        from pitchlore.pipeline.views.card import cards  # noqa: PLC0415 (it loads what --help does without)
+
+        print_cards(cards(store, mine))
     where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
     there = f"catalogue: {catalog_path(store)}" if store.mirror is None else "catalogue: made when you ask"
     out.print(f"{there} (try: pitchlore sql{where} \"from behaviours limit 20\")", soft_wrap=True)

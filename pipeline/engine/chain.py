@@ -42,6 +42,11 @@ class Chain(Mapping[str, Stage]):
         return self.nouns(Per.MATCH, Per.GROUP)
 
     @property
+    def learned(self) -> tuple[str, ...]:
+        """The nouns of matches without those that people alone are told, in order."""
+        return tuple(noun for noun in self.of_matches if not self[noun].told)
+
+    @property
     def versioned(self) -> tuple[str, ...]:
         """The nouns that have immutable versions, in order."""
         return self.nouns(Per.VERSION)

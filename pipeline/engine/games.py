@@ -128,7 +128,7 @@ def learn_from_game(
     """Take a game's matches through all stages, train on them, and commit the game's rows."""
     own, settings, group = store_of(data, season), season.settings.pipeline, group_of(game)
     scope = Scope(matches=tuple(sorted(matches)), group=group)
-    stages.make(own, settings, scope)
+    stages.make(own, settings, scope, stages.learned)
     known, policy = (
         emit(own, stage, stage.settings(settings), scope)[0]
         for stage in (stages[noun] for noun in stages.versioned)
@@ -199,7 +199,7 @@ def _so_far(store: Store, before: Receipt | None, schema: type[Table]) -> pl.Dat
 
 def _work(season: Season) -> Work:
     """A season as a piece of work. It continues only under the versions of the stages that it began with."""
-    versions = {noun: STAGES[noun].version for noun in (*STAGES.of_matches, *STAGES.versioned)}
+    versions = {noun: STAGES[noun].version for noun in (*STAGES.learned, *STAGES.versioned)}
     stage = STAGES[NOUN]
     return Work(
         noun=NOUN, name=season.id, settings=season.model_dump(mode="json"), version=stage.version,

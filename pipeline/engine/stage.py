@@ -98,6 +98,7 @@ class Stage:
             matches of the scope that it is made from; None: all.
         plan: for a versioned noun, the function from store, scope, settings and stage to the inputs of
             the next version.
+        told: whether people are told of it and nothing is learned from it: seasons do without.
     """
 
     noun: str
@@ -108,6 +109,7 @@ class Stage:
     compute: Callable[[Inputs, Any], Made] | None = None
     plan: Callable[[Store, Scope, Any, Stage], Plan] | None = None
     choose: Callable[[Store, Output, Scope, Any], tuple[str, ...]] | None = None
+    told: bool = False
 
     def settings(self, settings: Settings) -> BaseModel:
         """The settings of this stage among those of a run."""

@@ -20,6 +20,7 @@ from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.stage import Per, Stage
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.settings import (
+    ActSettings,
     AnalysisSettings,
     BehaviourSettings,
     ChanceSettings,
@@ -38,6 +39,7 @@ from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import (
     SIDES,
+    Acts,
     Appraisals,
     Behaviours,
     Chances,
@@ -220,6 +222,15 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
     return Made([(table, Values), (changed, Worths)], details={"models": "fitted" if fitted else "shipped"})
 
 
+def _acts(inputs: Inputs, settings: ActSettings) -> Made:
+    from pitchlore.pipeline.stages.acts.derive import acts  # noqa: PLC0415 (see above)
+
+    tables = {schema.NAME: inputs.table(noun, schema) for noun, schema in (
+        ("trajectories", Trajectories), ("goals", Goals), ("values", Values), ("events", Possession),
+        ("events", Passes), ("events", Pressure), ("events", Shots))}
+    return Made([(acts(tables, inputs.pitch, settings), Acts)])
+
+
 def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
     from pitchlore.pipeline.stages.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
     from pitchlore.pipeline.stages.sequences.sights import sights  # noqa: PLC0415 (see above)
@@ -282,7 +293,7 @@ STAGES = Chain(
     Stage("events", Per.MATCH, ("matches", "trajectories"),
           (Possession, Passes, Shots, Pressure, Restarts), 5, _events),
     Stage("analysis", Per.MATCH, ("matches", "trajectories", "events"),
-          (PassAttempts, Efforts, Phases, Pressing, Space), 1, _analysis),
+          (PassAttempts, Efforts, Phases, Pressing, Space), 1, _analysis, told=True),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
     Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models,
           choose=models.matches_to_fit),
@@ -291,6 +302,8 @@ STAGES = Chain(
           (Values, Worths), 3, _values),
     Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "options", "goals", "values"),
           (Sequences, Choices, Sights), 4, _sequences),
+    Stage("acts", Per.MATCH, ("matches", "trajectories", "goals", "events", "values"), (Acts,), 1, _acts,
+          told=True),
     Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 7, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION,

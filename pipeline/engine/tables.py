@@ -15,6 +15,7 @@ from pitchlore.pipeline.settings import GramSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.schemas import (
+    Acts,
     Chances,
     Choices,
     Commands,
@@ -117,6 +118,7 @@ class MatchTables:
     chances = TableOf(Chances, "chances")
     values = TableOf(Values, "values")
     worths = TableOf(Worths, "values")
+    acts = TableOf(Acts, "acts")
     sequences = TableOf(Sequences, "sequences")
     choices = TableOf(Choices, "sequences", optional=True)
     sights = TableOf(Sights, "sequences", optional=True)

@@ -191,6 +191,8 @@ class League:
         """
         if table not in PUBLIC:
             raise BadSettings(f"there is no table {table!r}", next_step=f"Name one of {', '.join(PUBLIC)}")
+        if PUBLIC[table].VIEW:
+            return self.ask(f'from "{table}"').lazy()
         self._catalogue()
         found = scan(files_of(self.store, table), PUBLIC[table])
         if "match_id" not in PUBLIC[table].columns() or table == "matches":
@@ -275,13 +277,14 @@ class League:
         return learned_team(self.store, word, **options)
 
     def scout(
-        self, *names: str, folder: str | Path | None = None, on: str | None = "threads"
+        self, *names: str, folder: str | Path | None = None, mine: str = "", on: str | None = "threads"
     ) -> WrittenPages:
         """Write web pages about the league, its matches, teams and behaviours; pages that stand are kept.
 
         Args:
             names: teams or matches (ids, or their beginnings) that the pages are of; without any all.
             folder: folder to write into; None: ``scout`` in the data folder, or one for the named ones.
+            mine: the team that the first page tells of; empty: both teams of the newest match.
             on: where pages are made, as for :meth:`run`.
 
         Returns:
@@ -295,7 +298,7 @@ class League:
         from pitchlore.pipeline.views.scout.content.write import write_pages  # noqa: PLC0415 (loaded when asked for)
 
         with placed(on, self.store.root):
-            return write_pages(self.store, None if folder is None else named_path(folder), names)
+            return write_pages(self.store, None if folder is None else named_path(folder), names, mine)
 
     def minari(self, dataset: str, *matches: str) -> Dataset:
         """Write decisions of matches as a dataset of Minari, where Minari keeps its own.

@@ -108,8 +108,9 @@ def _fill(
         f"create table {TAGS} (tag varchar)",
         f"insert into {TAGS} values {tags}",
     ]
-    for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
-        rows = _select(connection, schema, sources.get(name, ()))
+    # a view is bound when it is made: what others look into comes first
+    for name, schema in sorted(PUBLIC.items(), key=lambda item: (bool(item[1].VIEW), item[0] in of_groups)):
+        rows = schema.VIEW or _select(connection, schema, sources.get(name, ()))
         if name in of_groups:
             rows = f"from ({rows}) where match_id in (select match_id from matches)"
         statements += [

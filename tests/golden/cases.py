@@ -224,7 +224,7 @@ def games(play: Callable[[Path], played.Shown]) -> Golden:
     """Two games, and what was known and valued after them, or seen, and what comes of it."""
     with _folder() as data:
         settings, shown = play(data)
-    return Golden(_csv(*shown), _versions("arena", *STAGES.of_matches, *STAGES.versioned, "seasons"), settings)
+    return Golden(_csv(*shown), _versions("arena", *STAGES.learned, *STAGES.versioned, "seasons"), settings)
 
 
 def evaluation() -> Golden:

@@ -16,6 +16,7 @@ from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import RunReport, StageReport, listener
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.card import cards
 from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout.content import compare, copies, danger, replays
@@ -59,13 +60,16 @@ class WrittenPages(NamedTuple):
     size: int
 
 
-def write_pages(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> WrittenPages:
+def write_pages(
+    store: Store, out: Path | None = None, names: Sequence[str] = (), mine: str = ""
+) -> WrittenPages:
     """Write the pages of matches that have run; those that stand are kept.
 
     Args:
         store: the data folder.
         out: folder to write into; None: ``scout`` in the data folder, and one of its own for each choice.
         names: teams and matches (ids, or their beginnings) that the pages are of; without any all matches.
+        mine: the team that the first page tells of; empty: both teams of the newest match.
 
     Raises:
         NotFound: if no match has run, or a name fits none.
@@ -105,8 +109,9 @@ def write_pages(store: Store, out: Path | None = None, names: Sequence[str] = ()
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
                                         for team, key in keys.items() if known is not None}, around)
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
-    folder.put("index.html", everything, lambda: rendered(
-        "league", **around, **league_facts(league, teams, lines, every)))
+    shown = cards(store, mine)
+    folder.put("index.html", digest(canonical([everything, shown, mine])), lambda: rendered(
+        "league", **around, **league_facts(league, teams, lines, every), mine=mine, cards=shown))
     folder.put("situations.html", everything, lambda: rendered(
         "situations", **around, **situation_pages.situation_facts(league)))
     versions = compare.versions(store)
@@ -136,10 +141,10 @@ def _folder(names: Sequence[str]) -> str:
     return f"scout-{readable('-'.join(names))}-{digest(canonical(sorted(names)))[:6]}"
 
 
-def write_after(store: Store, report: RunReport) -> None:
+def write_after(store: Store, report: RunReport, mine: str = "") -> None:
     """Write the pages after a run that has matches. If that fails, it is one more failure of the run."""
     try:
-        write_pages(store)
+        write_pages(store, mine=mine)
     except NotFound:
         pass
     except PitchloreError as error:

@@ -1,0 +1,153 @@
+"""A team's card: what went with winning and with losing, and what changed, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.views.scout.changes import Change, change_of_count
+
+#: Sentences of each kind.
+SENTENCES = 3
+#: Seconds that a clip shows before and after its act.
+BEFORE_S, AFTER_S = 2.5, 3.0
+_NEWEST = """
+    select home, away, kind from matches where kind is not null
+    order by started_at desc nulls last, match_id desc limit 1"""
+_EACH = """
+    select m.match_id, m.duration_s, a.act, count(*) as n
+    from matches m join sides s using (match_id) join acts a on a.match_id = s.match_id and a.team = s.side
+    where s.team = ? and s.kind = ? group by all"""
+_ORDER = """
+    select match_id, any_value(m.duration_s) as seconds from matches m join sides s using (match_id)
+    where s.team = ? and s.kind = ? group by match_id
+    order by any_value(m.started_at) nulls first, match_id"""
+_GOALS = """
+    select count(*) filter (g.team = s.side), count(*) filter (g.team <> s.side)
+    from goals g join sides s using (match_id) where s.team = ? and s.kind = ?"""
+_SHOWN = """
+    select a.match_id, a.team, a.robot, a.t_ns
+    from acts a join sides s on s.match_id = a.match_id and s.side = a.team
+    where s.team = ? and s.kind = ? and a.role = ? and a.act = ? and a.place = ? and a."after" is not null
+    order by ? * (a."after" - a."before" - a.usual) desc, a.match_id, a.t_ns limit 1"""
+
+
+class Sentence(NamedTuple):
+    """A sentence of what robots do, and what it went with.
+
+    Attributes:
+        says: the sentence.
+        often: how often, in words.
+        goals: goals that followed, in words; empty without any.
+        sure: sure, likely or too few (schema Answers).
+        effect: change of V a match that went with it.
+        match, team, robot, start_s, end_s: a clip of it: the act after which V changed most.
+    """
+
+    says: str
+    often: str
+    goals: str
+    sure: str
+    effect: float
+    match: str
+    team: str
+    robot: int
+    start_s: float
+    end_s: float
+
+
+class Card(NamedTuple):
+    """The first that a coach is told of a team.
+
+    Attributes:
+        team: its name.
+        kind: its league.
+        wins, loses: sentences of acts that went with winning and with losing, the most weighty first.
+        changed: sentences of acts that the newest match has more or less of than those before.
+    """
+
+    team: str
+    kind: str
+    wins: list[Sentence]
+    loses: list[Sentence]
+    changed: list[str]
+
+
+def cards(store: Store, mine: str = "") -> list[Card]:
+    """The cards of a team, or of both teams of the newest match.
+
+    Args:
+        store: the data folder; its catalogue is brought up to date.
+        mine: the team's name; empty: the teams of the newest match.
+
+    Raises:
+        NotFound: if no team has that name.
+    """
+    catalogue, _ = refresh(store)
+    if mine:
+        leagues = "select distinct team, kind from sides where team = ? order by kind"
+        teams = ask(catalogue, leagues, [mine]).rows()
+        if not teams:
+            raise NotFound("no team of the league has this name", where=mine, next_step=(
+                "`pitchlore sql \"select distinct team from sides\"` lists them"))
+    else:
+        newest = ask(catalogue, _NEWEST).rows(named=True)
+        teams = [(row[side], row["kind"]) for row in newest for side in ("home", "away")]
+    return [_card(catalogue, *team) for team in dict.fromkeys(teams)]
+
+
+def _card(catalogue: Path, team: str, kind: str) -> Card:
+    found = ask(catalogue, "from answers where team = ? and kind = ? and says <> 'too few'", [team, kind])
+    found = found.sort(pl.col("effect").abs(), "role", "act", "place", descending=[True, False, False, False])
+    ((scored, conceded),) = ask(catalogue, _GOALS, [team, kind]).rows()
+    wins, loses = (
+        [_sentence(catalogue, row, sign, scored if sign > 0 else conceded)
+         for row in found.filter(sign * pl.col("effect") > 0).head(SENTENCES).iter_rows(named=True)]
+        for sign in (1, -1))
+    return Card(team, kind, wins, loses, _changed(catalogue, team, kind))
+
+
+def _sentence(catalogue: Path, row: dict[str, Any], sign: int, of: int) -> Sentence:
+    goals, which = (row["goals_for"], "for") if sign > 0 else (row["goals_against"], "against")
+    shown = ask(catalogue, _SHOWN, [*(row[name] for name in ("team", "kind", "role", "act", "place")), sign])
+    match, side, robot, t_ns = shown.row(0)
+    followed = f"{goals} of {number_of(of, 'goal')} {which} it followed" if goals else ""
+    return Sentence(
+        f"{row['role']} {row['act']} {row['place']}".capitalize(), often(row["each_match"]), followed,
+        row["says"], row["effect"], match, side, robot, round(max(t_ns / 1e9 - BEFORE_S, 0.0), 2),
+        round(t_ns / 1e9 + AFTER_S, 2))
+
+
+def often(each_match: float) -> str:
+    """How often something happens, in words."""
+    if each_match >= 1.5:
+        return f"{each_match:.0f} times a match"
+    return f"{10 * each_match:.0f} times in ten matches"
+
+
+def _changed(catalogue: Path, team: str, kind: str) -> list[str]:
+    """Acts that the newest match has more or less of than chance gives after the matches before it."""
+    order = ask(catalogue, _ORDER, [team, kind]).rows()
+    if len(order) < 2:
+        return []
+    newest, seconds = order[-1][0], (sum(it for _, it in order[:-1]), order[-1][1])
+    counts = ask(catalogue, _EACH, [team, kind])
+    changes: list[tuple[str, Change, Sequence[int]]] = []
+    for (act,), rows in sorted(counts.group_by("act")):
+        since = int(rows.filter(match_id=newest)["n"].sum())
+        before = int(rows["n"].sum()) - since
+        change = change_of_count(before, since, seconds)
+        if change is not None and change.beyond:
+            changes.append((str(act), change, (before, since)))
+    changes.sort(key=lambda it: -abs(it[1].size))
+    return [f"{act} {'more' if change.size > 0 else 'less'} often: {since} times, "
+            f"where {before * seconds[1] / seconds[0]:.0f} were usual in that time".capitalize()
+            for act, change, (before, since) in changes[:SENTENCES]]
