@@ -234,6 +234,7 @@ study-values: $(READY)  ## whether V and the values of behaviours predict (a qua
 
 surely: $(READY)  ## of behaviours said to go surely with better or worse chances, how many do in other matches (ten minutes)
 	$(BIN)/python data/studies/surely/study.py $(STUDY_DATA)/surely
+	$(BIN)/python data/studies/surely/acts.py $(STUDY_DATA)/surely
 
 study-options: $(READY)  ## ratios and classes of options, and what is recovered beside what was done (an hour)
 	$(BIN)/python data/studies/options/shipped.py

@@ -24,6 +24,7 @@ import seasons.study
 import sensitivity.study
 import soak.league
 import soak.study
+import surely.acts
 import surely.study
 import transfer.study
 import usual.study
@@ -122,6 +123,8 @@ def test_surely(tmp_path, commands_here):
     """Behaviours that are called sure are counted in other matches; of moved outcomes the corrected rule calls hardly any so."""
     surely.study.main(tmp_path, tmp_path / "data", 1, ("random",), (2, 2), minutes=2.0)
     same_columns(tmp_path, "surely", "surely.csv")
+    surely.acts.main(tmp_path, tmp_path / "data")
+    same_columns(tmp_path, "surely", "acts.csv")
     said = {(row["outcomes"], row["rule"]): row["said"] for row in pl.read_csv(tmp_path / "surely.csv").filter(pl.col("pays") == "-").iter_rows(named=True)}
     assert said["as they were", "today"] > said["as they were", "rates"] >= said["moved", "rates"]
 
