@@ -231,6 +231,7 @@ $(VENV)-d3rlpy/.ready: data/studies/peers/d3rlpy.txt
 study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)
 	$(BIN)/python data/studies/values/study.py $(RECORDINGS)
 	$(BIN)/python data/studies/values/shipped.py
+	$(BIN)/python data/studies/values/level.py $(RECORDINGS)
 
 surely: $(READY)  ## of behaviours said to go surely with better or worse chances, how many do in other matches (ten minutes)
 	$(BIN)/python data/studies/surely/study.py $(STUDY_DATA)/surely

@@ -194,7 +194,8 @@ class ModelSettings(Frozen):
         folds: models that are fitted, each without one part of the matches.
         block_s: with fewer matches than folds, parts are such stretches of time instead.
         moments_apart_s: time between moments that models are fitted to.
-        goals_at_least: with fewer goals no model is fitted; the one that is shipped gives the values.
+        goals_at_least: with fewer goals no model is fitted; the one that is shipped gives the values, at the
+            level of these goals.
         boosting_goals: with fewer goals only the logistic models are fitted.
         evidence: weight of one moment, because the moments before a goal share it.
         penalty: standard deviation of the logistic coefficients before any match was seen, for features of

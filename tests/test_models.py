@@ -15,8 +15,16 @@ from pitchlore.pipeline.engine.stage import Output, Scope
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.numbers import trees
 from pitchlore.pipeline.settings import ModelSettings
-from pitchlore.pipeline.stages.values.fitting import fit, grow
-from pitchlore.pipeline.stages.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
+from pitchlore.pipeline.stages.values.fitting import fit, grow, levelled
+from pitchlore.pipeline.stages.values.models import (
+    Logistic,
+    Models,
+    features_of,
+    from_bytes,
+    shipped,
+    to_bytes,
+    to_json,
+)
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import Moments
@@ -173,6 +181,13 @@ class TestModels:
         assert models is None
         assert (report["goals"], report["kind"]) == (5, None)
         assert fit(table, PLAIN.model_copy(update={"goals_at_least": 5, "block_s": 12.0}))[0] is not None
+        known = Logistic(np.array([0]), np.zeros(1), np.ones(1), np.array([1.0]), np.array([3.0]))
+        moved, report = fit(table, PLAIN, Models((known,), np.array([1.0, 0.0]), (), 0))
+        offset, error = report["level"]["offset"], report["level"]["error"]
+        assert (report["kind"], offset < -2 * error < 0) == (None, True), "it says goals far too often"
+        chance, scores = moved.chances(table), table["scores"].to_numpy()
+        assert 0.1 * (scores - chance).sum() == pytest.approx(offset, abs=0.02), "the most probable offset"
+        assert levelled(moved, features_of(table[:0]), scores[:0], 0.1)[1] == {"offset": 0.0, "error": 1.0}, "without moments"
         assert fit(Moments.empty(), PLAIN)[0] is None
         # nor with all goals in one fold, as in a match that is shorter than a stretch
         short = played(0, matches=1, segments=4)

@@ -59,11 +59,13 @@ for people: 75.
 
 A stage that people are told and nothing is learned from, and a table that is a view of others, took 41; what they
 tell lies beside the core.
+
+V has the level of a league's own goals from the first match on: 23.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 23_297, 1_704
+MOST, MOST_OF_OPTIONS = 23_320, 1_704
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

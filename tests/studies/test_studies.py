@@ -28,6 +28,7 @@ import surely.acts
 import surely.study
 import transfer.study
 import usual.study
+import values.level
 import values.shipped
 import values.study
 from conftest import ROOT, clip
@@ -239,6 +240,9 @@ def test_values(tmp_path, monkeypatch, short_sample):
     values.shipped.main(tmp_path / "shipped.json", matches=2)
     made, there = (json.loads(path.read_text()) for path in (tmp_path / "shipped.json", ROOT / "pipeline/stages/values/shipped.json"))
     assert made.keys() == there.keys()
+    monkeypatch.setattr(values.level, "PAIRINGS", ())
+    values.level.main(tmp_path, tmp_path)
+    same_columns(tmp_path, "values", "level.csv")
 
 
 @pytest.mark.slow

@@ -30,6 +30,8 @@ from pitchlore.schemas.values import NAMED
 CONTROLS = {"ball_x": (0,), "ball": tuple(range(8))}
 #: Iterations that scikit-learn's solver may take.
 _ITERATIONS = 1000
+#: Standard deviation, before a match was seen, of a league's offset from the models that are ready.
+_LEAGUES_APART = 1.0
 
 
 def fit(
@@ -45,12 +47,14 @@ def fit(
         moments: rows of schema Moments of all matches.
         settings: settings of the stage.
         ready: models that know none of these matches; they are one more kind ("shipped"), which is only
-            calibrated.
+            calibrated. With fewer than ``goals_at_least`` goals, or with all of them in one fold, it has the
+            level of these matches (:func:`levelled`).
 
     Returns:
-        The models, None with fewer than ``goals_at_least`` goals or with all of them in one fold, and a
-        report: matches, moments, goals, kind, and for each model log_loss and auc of the moments left out
-        (rate: of the mean). Their last bits depend on the processor, but not on how many threads it has.
+        The models, None with so few goals and nothing ready, and a report: matches, moments, goals, kind, and
+        for each model log_loss and auc of the moments left out (rate: of the mean); with so few goals kind is
+        None, and level says how the ready model was moved. Last bits depend on the processor, but not on how
+        many threads it has.
     """
     # its threads also wait for each other longer than they work on a few thousand moments
     with one_thread():
@@ -68,15 +72,16 @@ def _fit(
     report: dict[str, Any] = {
         "matches": known["match_id"].n_unique(), "moments": known.height, "goals": goals, "kind": None,
     }
-    if goals < settings.goals_at_least:
-        return None, report
+    features, scores = features_of(known), known["scores"].to_numpy()
     matches = tuple(known["match_id"].unique().sort().to_list())
     block_ns = 0 if len(matches) >= settings.folds else round(settings.block_s * 1e9)
     fold = folds_of(known, matches, settings.folds, block_ns)
-    features, scores = features_of(known), known["scores"].to_numpy()
     parts = [(features[fold != f], scores[fold != f]) for f in range(settings.folds)]
-    if not all(left.any() and not left.all() for _, left in parts):
-        return None, report
+    if goals < settings.goals_at_least or not all(left.any() and not left.all() for _, left in parts):
+        if ready is None:
+            return None, report
+        moved, level = levelled(ready, features, scores, settings.evidence)
+        return moved, report | {"level": level}
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {}
     if ready is not None:
         kinds["shipped"] = ready.fits * settings.folds
@@ -99,6 +104,28 @@ def _fit(
         report[name] = _figures(scores, probability(left_out))
     report["rate"] = _figures(scores, np.full(len(scores), scores.mean()))
     return best, report
+
+
+def levelled(ready: Models, features: F32, scores: Bools, evidence: float) -> tuple[Models, dict[str, float]]:
+    """Models with the one offset of their logits that makes them say goals as often as there are.
+
+    Before a match was seen the offset is 0, with a standard deviation of ``_LEAGUES_APART`` (its e-th power
+    is a ratio of chances); each moment weighs ``evidence``. Newton's steps find the most probable offset.
+
+    Returns:
+        The models, and offset and error: its standard error by the normal approximation.
+    """
+    slope, base = ready.calibration
+    logits = slope * np.mean([logits_of(each, features) for each in ready.fits], axis=0) + base
+    offset, information = 0.0, 1.0
+    for _ in range(50):
+        chance = probability(logits + offset)
+        information = evidence * float((chance * (1 - chance)).sum()) + _LEAGUES_APART**-2
+        step = evidence * float((scores - chance).sum()) - offset * _LEAGUES_APART**-2
+        offset += float(np.clip(step / information, -1.0, 1.0))
+    level = {"offset": round(offset, 6), "error": round(information**-0.5, 6)}
+    calibration = np.array([slope, base + level["offset"]])
+    return Models(ready.fits, calibration, ready.matches, ready.block_ns), level
 
 
 def logistic(features: F32, scores: Bools, places: Sequence[int], settings: ModelSettings) -> Logistic:

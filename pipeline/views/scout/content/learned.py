@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
 import polars as pl
 
 from pitchlore.pipeline.base.digests import canonical, digest
+from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
@@ -15,6 +17,9 @@ from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.typical import typical
 from pitchlore.schemas import SIDES, Decisions, Grams, Neurons
+
+#: Standard deviations of a normal distribution on either side of which 5 % lie in all.
+_Z = 1.96
 
 
 class Learned:
@@ -68,6 +73,18 @@ class Learned:
         league = self._grams.filter(kind=team.kind)
         least = 1 if self._behaviours is None else int(self._behaviours.settings["support_at_least"])
         return typical(league.filter(team=team.name), league.filter(pl.col("team") != team.name), least)
+
+    def level(self, team: TeamName) -> str:
+        """Sentence on the few goals that V rests on in a team's league; empty where there are enough."""
+        held = None if self._behaviours is None else self._store.receipt("models", self._behaviours.name)
+        report = {} if held is None else held.details["report"].get(team.kind, {})
+        if "level" not in report:
+            return ""
+        times, low, high = (math.exp(report["level"]["offset"] + ends * report["level"]["error"])
+                            for ends in (0, -_Z, _Z))
+        return (f"V rests on {number_of(report['goals'], 'goal')} of this league. It is fitted to matches of "
+                f"our arena; its odds are multiplied by {times:.2f} [{low:.2f}, {high:.2f}] for the rate of "
+                "goals here. With fewer than ten goals take values as a hint.")
 
     def decisions(self, team: TeamName) -> pl.DataFrame:
         """Rows of schema Decisions of a team, in order."""
