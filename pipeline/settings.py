@@ -7,6 +7,8 @@ Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` metres).
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, field_validator, model_validator
@@ -392,6 +394,8 @@ class HabitSettings(Frozen):
         doubt: probability that an option is none of the team's habits.
         trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
             max_leaf_nodes, min_samples_leaf and l2_regularization of histogram boosting, for each option.
+        round_trees, round_rate: trees and learning_rate in the rounds, before the habits that are kept; not
+            given: as those.
         seed: decides which of several options a window is learned as.
     """
 
@@ -404,7 +408,19 @@ class HabitSettings(Frozen):
     leaves: int = Field(default=16, ge=2)
     leaf_samples: int = Field(default=60, ge=1)
     tree_penalty: float = Field(default=2.0, ge=0)
+    round_trees: int | None = Field(default=None, ge=1, exclude_if=lambda trees: trees is None)
+    round_rate: float | None = Field(default=None, gt=0, le=1, exclude_if=lambda rate: rate is None)
     seed: int = 0
+
+    @property
+    def of_rounds(self) -> Self:
+        """The settings of the rounds."""
+        return self.model_copy(update={"trees": self.round_trees or self.trees,
+                                       "learning_rate": self.round_rate or self.learning_rate})
+
+
+#: Settings of habits in a run that ends with a copy, unless it is told others: half of the time.
+QUICK_ROUNDS: Mapping[str, float] = MappingProxyType({"round_trees": 20, "round_rate": 0.3})
 
 
 class KnowledgeSettings(Frozen):
@@ -571,11 +587,15 @@ class Settings(Frozen):
 
     @model_validator(mode="after")
     def _habits_are_learned(self) -> Self:
-        copies, stage = self.policies.learner == "imitation", self.options
-        if copies and not stage.recover and self.knowledge.recover is None:
+        if self.policies.learner == "imitation":
+            stage, known, said = self.options, self.knowledge, self.knowledge.habits
+            own = dict(QUICK_ROUNDS) if {"trees", *QUICK_ROUNDS}.isdisjoint(said.model_fields_set) else {}
+            changed: dict[str, Frozen] = {"habits": HabitSettings.model_construct(
+                said.model_fields_set, **{**dict(said), **own})}
+            if not stage.recover and known.recover is None:
+                changed["recover"] = stage.model_copy(update={"recover": True})
             # a frozen model sets what follows from its other settings
-            object.__setattr__(self, "knowledge", self.knowledge.model_copy(update={
-                "recover": stage.model_copy(update={"recover": True})}))
+            object.__setattr__(self, "knowledge", known.model_copy(update=changed))
         return self
 
     @property

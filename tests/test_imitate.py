@@ -13,10 +13,11 @@ from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
-from pitchlore.pipeline.engine.habits import habitual
+from pitchlore.pipeline.engine.habits import Poses, habitual, newer_matches
 from pitchlore.pipeline.engine.imitations import imitation_of
 from pitchlore.pipeline.engine.inputs import StoreInputs
 from pitchlore.pipeline.engine.outputs import table_of
+from pitchlore.pipeline.engine.placement.places import placed
 from pitchlore.pipeline.engine.policies import way_of_play
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.teams import entrant
@@ -152,10 +153,19 @@ def test_run_copies(copied, monkeypatch):
     again = stage.compute(StoreInputs(store, stage.plan(store, scope, newest.knowledge, stage).receipts, version=9), newest.knowledge)
     assert [table.drop("version").equals(before) for (table, _), before in zip(again.tables[2:], tables(known)[2:], strict=True)] == [True] * 2
     monkeypatch.undo()
+    monkeypatch.setattr("pitchlore.pipeline.engine.habits.MANY", 1)
+    with placed("processes:2", copied):
+        anew = StoreInputs(store, stage.plan(store, scope, newest.knowledge, stage).receipts | {"before": []}, version=9)
+        spread = stage.compute(anew, newest.knowledge)
+    assert [table.drop("version").equals(before) for (table, _), before in zip(spread.tables, tables(known), strict=True)] == [True] * 4
+    monkeypatch.undo()
     short = newest.knowledge.model_copy(update={"habits": habits.model_copy(update={"windows_at_most": 500})})
     few = stage.compute(StoreInputs(store, stage.plan(store, scope, short, stage).receipts, version=9), short)
-    assert few.details["habits"]["matches"] == 1
+    assert few.details["habits"]["matches"] == len(few.details["habits"]["of"]) == 1
     assert few.details["habits"]["windows"] <= 500
+    later = policy.model_copy(update={"details": policy.details | {"copy_of": {"matches": 2, "newest": "m", "newer": 1}}})
+    assert "Its habits are those of 2 matches, up to m; 1 match is newer, and waits" in way_of_play(later)
+    assert re.search(r"Its habits are those of 2 matches, up to \S+\.$", way_of_play(policy))
 
     paper = Settings(policies=PolicySettings(learner="sarsa"))
     known_states, by_states = made(paper)
@@ -272,6 +282,27 @@ def begins_as_it(data, known, call, tmp_path):
     assert call(*words, "--start", "blue")[2] == (
         "pitchlore: --start: 'blue' is no imitation. Name imitated:TEAM.\n")
     assert "does not decide by what it sees" in call("season", "--settings", "best", "--start", "imitated:blue", "--data", data)[2]
+
+
+#: Matches of a team, the newest first, with the rows of its poses; and how many wait, where habits were learned from c and b.
+NEWER = {
+    "cba": ({"c": 10, "b": 10, "a": 10}, 0), "one older": ({"c": 10, "b": 10, "aa": 50}, 0),
+    "a short one": ({"d": 6, "c": 10, "b": 10}, 1), "two short ones": ({"e": 3, "d": 3, "c": 10, "b": 10}, 2),
+    "a third": ({"d": 7, "c": 10, "b": 10}, None), "one is gone": ({"c": 10, "a": 10}, None), "none": ({}, None),
+}
+
+
+@pytest.mark.parametrize(("there", "expected"), NEWER.values(), ids=NEWER)
+def test_habits_stand(there, expected):
+    """Habits stand until a third of the newest poses is new, one of their matches is gone or is another, or the team is."""
+    blue, poses = Team("blue", "vsss"), {match: Poses(f"of {match}", rows) for match, rows in there.items()}
+    version = Manifest.model_construct(details={
+        "imitates": blue._asdict(), "habits": {"of": {"c": "of c", "b": "of b"}}})
+    assert newer_matches(version, blue, poses) == expected
+    assert newer_matches(version, Team("blue", "2d"), poses) is None
+    assert newer_matches(version, blue, poses | {"b": Poses("mended", 10)}) is None
+    before = Manifest.model_construct(details={"imitates": blue._asdict(), "habits": {"windows": 9}})
+    assert newer_matches(before, blue, poses) is None
 
 
 def test_runs_of_options():

@@ -60,7 +60,8 @@ def show(
     if json:
         print_json({"manifest": known.manifest, "behaviours": rows.to_dicts()})
         return
-    by = ", by its habits" if known.habits.height else ", by behaviours in states"
+    habits = f", by its habits of {known.habits_of}" if known.habits_of else ", by its habits"
+    by = habits if known.habits.height else ", by behaviours in states"
     console().print(f"knowledge version {known.version}, parent {known.parent}; "
                     f"policies imitate: {f'{known.imitates}{by}' if known.imitates else 'nobody'}")
     print_known(known)

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.base.digests import digest
-from pitchlore.pipeline.engine.inputs import Inputs, StoreInputs
-from pitchlore.pipeline.settings import GramSettings, KnowledgeSettings, OptionSettings, ValueSettings
+from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs
+from pitchlore.pipeline.engine.placement.executors import Executors, Here, executors
+from pitchlore.pipeline.engine.placement.processes import MANY
+from pitchlore.pipeline.engine.tasks import spread
+from pitchlore.pipeline.numbers.arrays import F32, I64
+from pitchlore.pipeline.settings import (
+    GramSettings,
+    HabitSettings,
+    KnowledgeSettings,
+    OptionSettings,
+    ValueSettings,
+)
 from pitchlore.pipeline.stages.sides.teams import Team, sides_of
+from pitchlore.pipeline.store import Store
 from pitchlore.schemas import (
     KEYS,
     SIDES,
@@ -26,9 +38,12 @@ from pitchlore.schemas import (
 )
 
 if TYPE_CHECKING:
+    from pitchlore.pipeline.numbers.trees import Trees
     from pitchlore.pipeline.stages.options.robots import RobotTraits
 
 _DETAIL = "habits"
+#: Habits are learned anew when one in so many of the newest poses is new.
+_NEW = 3
 
 
 class VersionHabits(NamedTuple):
@@ -97,19 +112,28 @@ def of_version(
         team: the team; None: nobody has any.
         sides: rows of schema Sides of the version's matches.
         parent: the noun in ``inputs`` of the version to which this one adds.
-        before: the noun of the version before, whose habits stand if it learned from the same clues.
+        before: the noun of the version before, whose habits may stand (:func:`newer_matches`).
     """
     if team is not None and (inputs["options"] or inputs["trajectories"]):
-        from pitchlore.pipeline.stages.options.of_team import team_habits  # noqa: PLC0415 (it loads scikit-learn)
-
         mine, at_most = sides_of(team, sides), settings.habits.windows_at_most
         if settings.recover is None or inputs["options"]:
             found, how = _of_all(inputs, mine, at_most)
         else:
-            found, how = _of_newest(inputs, mine, at_most, settings.recover)
-        if any(held.details.get(_DETAIL) == how for held in inputs[before]):
-            return _again(inputs, before)
-        habits, trees = team_habits(found, team, settings.habits, inputs.version)
+            poses = _poses(inputs, mine)
+            for held in inputs[before]:
+                newer = newer_matches(held, team, poses)
+                if newer is not None:
+                    return _again(inputs, before, newer=newer)
+            found, how = _of_newest(inputs, mine, poses, at_most, settings.recover)
+        from pitchlore.pipeline.stages.options.of_team import fit_habits, team_habits  # noqa: PLC0415 (it loads scikit-learn)
+
+        def fits(sets: Sequence[tuple[F32, I64]], own: HabitSettings) -> list[dict[int, Trees]]:
+            pieces = [(str(place), {"observation": observation, "option": option, "settings": own})
+                      for place, (observation, option) in enumerate(sets)]
+            grown = dict(spread(_workers(inputs), fit_habits, pieces, len(pieces), task="habits"))
+            return [grown[label] for label, _ in pieces]
+
+        habits, trees = team_habits(found, team, settings.habits, inputs.version, fits)
         if habits.height:
             return VersionHabits(((habits, Habits), (trees, HabitTrees)), {_DETAIL: how})
     if any(Habits.NAME in held.files for held in inputs[parent]):
@@ -117,12 +141,55 @@ def of_version(
     return VersionHabits((), {})
 
 
-def _again(inputs: Inputs, noun: str) -> VersionHabits:
-    """The habits of another version."""
+def _again(inputs: Inputs, noun: str, **details: int) -> VersionHabits:
+    """The habits of another version, with some of its details anew."""
     version = pl.lit(inputs.version, dtype=pl.Int32).alias("version")
     return VersionHabits(tuple(
         (inputs.table(noun, schema).with_columns(version), schema) for schema in (Habits, HabitTrees)
-    ), {_DETAIL: inputs.details(noun)[_DETAIL]})
+    ), {_DETAIL: inputs.details(noun)[_DETAIL] | details})
+
+
+class Poses(NamedTuple):
+    """The poses of a team in a match.
+
+    Attributes:
+        sha256: SHA-256 of their table.
+        rows: its rows, counted for each side that the team is.
+    """
+
+    sha256: str
+    rows: int
+
+
+def _poses(inputs: Inputs, mine: pl.DataFrame) -> dict[str, Poses]:
+    """The poses of a team in its matches, the newest first."""
+    assert isinstance(inputs, StoreInputs)
+    sides = dict(mine.group_by("match_id").len().iter_rows())
+    files = {held.name: held.files[Trajectories.NAME] for held in reversed(inputs["trajectories"])}
+    return {match: Poses(file.sha256, (file.rows or 0) * sides[match])
+            for match, file in files.items() if match in sides}
+
+
+def newer_matches(before: Held, team: Team, poses: Mapping[str, Poses]) -> int | None:
+    """Number of newer matches that the standing habits of a team have not learned from; None: they fall.
+
+    They stand as long as all matches are there that they were learned from, and less than a third of as many
+    of the newest poses is new. So all fits together cost a few times as much as one, however many matches
+    come one by one.
+    """
+    learned: dict[str, str] = before.details.get(_DETAIL, {}).get("of", {})
+    there = all(match in poses and poses[match].sha256 == sha256 for match, sha256 in learned.items())
+    if not learned or not there or before.details["imitates"] != team._asdict():
+        return None
+    left, new, newer = sum(poses[match].rows for match in learned), 0, 0
+    most = left / _NEW
+    for match, own in poses.items():
+        if left <= 0:
+            break
+        left -= own.rows
+        if match not in learned:
+            newer, new = newer + 1, new + own.rows
+    return newer if new < most else None
 
 
 def _of_all(inputs: Inputs, mine: pl.DataFrame, at_most: int) -> tuple[pl.DataFrame, dict[str, Any]]:
@@ -137,26 +204,46 @@ def _of_all(inputs: Inputs, mine: pl.DataFrame, at_most: int) -> tuple[pl.DataFr
 
 
 def _of_newest(
-    inputs: Inputs, mine: pl.DataFrame, at_most: int, settings: OptionSettings
+    inputs: Inputs, mine: pl.DataFrame, poses: Mapping[str, Poses], at_most: int, settings: OptionSettings
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
-    """Clues to a team's options in as many of its newest matches as fit, and how they were gathered."""
+    """Clues to a team's options in as many of its newest matches as fit, and how they were gathered.
+
+    Whether another match fits is told by its poses, and by how many windows the newest has.
+    """
     assert isinstance(inputs, StoreInputs)
-    clues = list[pl.DataFrame]()
-    for held in reversed(inputs["trajectories"]):
-        sides = mine.filter(match_id=held.name)["team"].cast(pl.String).to_list()
-        if not sides:
-            continue
-        options, table, _ = recovered_options(inputs.of_match(held.name), settings, sides)
-        clues.append(_of_team(table, options, mine))
-        windows = sum(each.height for each in clues)
-        if windows > at_most:  # of the newest match alone every so manyth
-            clues = clues[:-1] or [clues[0].gather_every(-(-windows // at_most))]
-            break
-    learned = pl.concat([Clues.empty(), *reversed(clues)]).drop_nulls("role")
-    seen = learned.select("match_id", "team", "robot", "role", "start_ns").write_csv().encode()
-    numbers = (learned[name].to_numpy().tobytes() for name in ("sight", "ratios"))
+    workers, order = _workers(inputs), list(poses)
+    data = workers.path(inputs.root)
+
+    def piece(match: str) -> dict[str, Any]:
+        return {"inputs": inputs.of_match(match), "data": data, "mine": mine, "settings": settings}
+
+    clues = {order[0]: _clues(**piece(order[0]))}
+    windows = clues[order[0]].height
+    rows = np.cumsum([own.rows for own in poses.values()])
+    fitting = max(int((rows * (windows / max(rows[0], 1)) <= at_most).sum()), 1)
+    others = ((match, piece(match)) for match in order[1:fitting])
+    found = dict(spread(workers, _clues, others, fitting - 1, task="clues"))
+    clues |= {match: found[match] for match in order[1:fitting]}
+    every = -(-windows // at_most) if len(clues) == 1 else 1  # a single match may have too many
+    taken = (each.gather_every(every) for each in reversed(clues.values()))
+    learned = pl.concat([Clues.empty(), *taken]).drop_nulls("role")
     return learned, {"window_s": settings.window_s, "windows": learned.height, "matches": len(clues),
-                     "clues": digest(b"".join([seen, *numbers]))}
+                     "newer": 0, "of": {match: poses[match].sha256 for match in clues}}
+
+
+def _clues(
+    inputs: StoreInputs, data: Path, mine: pl.DataFrame, settings: OptionSettings
+) -> pl.DataFrame:
+    """Clues to a team's options in a match; another process may gather them."""
+    own = inputs.at(Store(data))
+    sides = mine.filter(match_id=own.only("matches").name)["team"].cast(pl.String).to_list()
+    options, clues, _ = recovered_options(own, settings, sides)
+    return _of_team(clues, options, mine)
+
+
+def _workers(inputs: Inputs) -> Executors:
+    """Executors of what habits take: those of the run in a league that keeps them busy, else this process."""
+    return executors.get() if len(inputs["sides"]) >= MANY else Here(1)
 
 
 def _of_team(clues: pl.DataFrame, options: pl.DataFrame, mine: pl.DataFrame) -> pl.DataFrame:
@@ -170,6 +257,20 @@ def watched_clock(knowledge: Inputs) -> dict[str, float]:
     """The time between two decisions of a team that plays by these habits: as it was watched."""
     details = knowledge.details("knowledge")
     return {"clock_s": details[_DETAIL]["window_s"]} if _DETAIL in details else {}
+
+
+def copy_of(knowledge: Mapping[str, Any]) -> dict[str, Any]:
+    """The matches of a version's habits, by its details, for a policy's; empty where all matches count."""
+    how = knowledge.get(_DETAIL, {})
+    return {"matches": how["matches"], "newest": max(how["of"]), "newer": how["newer"]} if "of" in how else {}
+
+
+def matches_of(copied: Mapping[str, Any]) -> str:
+    """The matches of :func:`copy_of` in words."""
+    newer = copied["newer"]
+    waits = "match is newer, and waits" if newer == 1 else "matches are newer, and wait"
+    beside = f"; {newer} {waits} until a third of the newest poses is new" if newer else ""
+    return f"{copied['matches']} match{'es' * (copied['matches'] != 1)}, up to {copied['newest']}{beside}"
 
 
 def habitual(habits: pl.DataFrame, trees: pl.DataFrame, version: int) -> tuple[pl.DataFrame, pl.DataFrame]:

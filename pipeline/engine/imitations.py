@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.game.pitch import Kind
-from pitchlore.pipeline.settings import Settings
+from pitchlore.pipeline.settings import HabitSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 
@@ -55,9 +55,8 @@ def imitation_of(store: Store, team: str) -> Store:
 
 def settings_of(settings: Chosen, team: str) -> Chosen:
     """Settings by which a run imitates a team, whatever they say of learners, options and teams."""
-    habits = settings.knowledge.habits
-    if "windows_at_most" not in habits.model_fields_set:
-        habits = habits.model_copy(update={"windows_at_most": _WINDOWS})
+    said = settings.knowledge.habits.model_dump(exclude_unset=True)  # a run's own are for fewer windows
+    habits = HabitSettings.model_validate({"windows_at_most": _WINDOWS, **said})
     changed: dict[str, Any] = {
         "options": settings.options.model_copy(update={"recover": True}),
         "policies": settings.policies.model_copy(update={"learner": "imitation"}),

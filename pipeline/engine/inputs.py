@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import polars as pl
@@ -127,6 +128,11 @@ class StoreInputs(Inputs):
         self._seen = seen
         self.receipts = receipts
         self.version = version
+
+    @property
+    def root(self) -> Path:
+        """The data folder of the store."""
+        return self._store.root
 
     def __getstate__(self) -> dict[str, Any]:
         """Without store and tables: another process opens its own store (:meth:`at`)."""

@@ -13,7 +13,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.engine.habits import habitual, watched_clock
+from pitchlore.pipeline.engine.habits import copy_of, habitual, matches_of, watched_clock
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.knowledge import (
     imitates,
@@ -70,7 +70,8 @@ def way_of_play(policy: Manifest) -> str:
     if looks(policy):
         takes = (f"copies {whom}: a robot takes the option that this team most probably takes at what it sees"
                  if copies(policy) else "looks: a robot takes the action that is worth most at what it sees")
-        return f"The policy {takes}."
+        of = matches_of(policy.details["copy_of"]) if "copy_of" in policy.details else ""
+        return f"The policy {takes}." + (f" Its habits are those of {of}." if of else "")
     why, other = "", team is not None and team.kind != Kind.VSSS
     if other or learner == "imitation":
         alone = "in the league vsss alone" if other else "where `recover` is on and bodies are seen"
@@ -183,7 +184,7 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
     return Made(tables, details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
         **asdict(report), "matches": len(inputs["sides"]), "plays": _plays(inputs, learner),
-    })
+    } | ({"copy_of": of} if learner == "imitation" and (of := copy_of(knowledge.details)) else {}))
 
 
 def _learner(settings: PolicySettings, knowledge: Manifest) -> str:

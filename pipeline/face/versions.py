@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import polars as pl
 
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.engine.habits import copy_of, matches_of
 from pitchlore.pipeline.engine.knowledge import imitates, known_shares, learned_from, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import known_play, looks, way_of_play
@@ -100,6 +101,12 @@ class Knowledge(Version):
     def occasions(self) -> pl.DataFrame:
         """Rows of the table ``occasions`` of this version."""
         return self._table(Occasions)
+
+    @property
+    def habits_of(self) -> str:
+        """The matches that its habits were learned from, in words; empty where all of the team count."""
+        of = copy_of(self.details)
+        return matches_of(of) if of else ""
 
     @property
     def habits(self) -> pl.DataFrame:

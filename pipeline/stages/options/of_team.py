@@ -8,6 +8,8 @@ gets the option that the team has at such observations elsewhere.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import polars as pl
 from sklearn.ensemble import HistGradientBoostingClassifier
@@ -27,8 +29,17 @@ _ROUNDS = 20
 _BLOCK_NS = 60_000_000_000
 
 
+#: Fits habits to several sets of windows, each observations and options; their trees by option, in order.
+Fits = Callable[[Sequence[tuple[F32, I64]], HabitSettings], Sequence[dict[int, Trees]]]
+
+
+def one_by_one(sets: Sequence[tuple[F32, I64]], settings: HabitSettings) -> list[dict[int, Trees]]:
+    """The habits of each set of windows."""
+    return [fit_habits(observation, option, settings) for observation, option in sets]
+
+
 def team_habits(
-    clues: pl.DataFrame, team: Team, settings: HabitSettings, version: int
+    clues: pl.DataFrame, team: Team, settings: HabitSettings, version: int, fits: Fits = one_by_one
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
     """The habits of a team.
 
@@ -37,6 +48,7 @@ def team_habits(
         team: the team.
         settings: rounds and trees; all clues are learned from.
         version: version of the knowledge.
+        fits: fits habits to the windows of each half of the matches.
 
     Returns:
         Rows of schema Habits and of schema HabitTrees; none without clues.
@@ -49,7 +61,8 @@ def team_habits(
     fold = (match if match.max() > 1 else block) % 2
     observation = np.ascontiguousarray(clues["sight"].to_numpy(), dtype=np.float32)
     role = clues["role"].to_physical().to_numpy().astype(np.int64)
-    grown, posterior = habits(clues["ratios"].to_numpy(), observation, role, fold, settings)
+    with one_thread():  # also for threads that fit both folds at once: each would restore what it found
+        grown, posterior = habits(clues["ratios"].to_numpy(), observation, role, fold, settings, fits)
     taken = []
     for place, of_role in enumerate(ROLES):
         windows, all_of_role = posterior[role == place].sum(axis=0), max((role == place).sum(), 1)
@@ -73,7 +86,7 @@ def _of_all_options(grown: dict[int, Trees], observation: F32, settings: HabitSe
 
 
 def habits(
-    ratios: F32, observation: F32, role: I64, fold: I64, settings: HabitSettings
+    ratios: F32, observation: F32, role: I64, fold: I64, settings: HabitSettings, fits: Fits = one_by_one
 ) -> tuple[dict[int, Trees], F64]:
     """Learn the habits of a team.
 
@@ -83,6 +96,7 @@ def habits(
         role: int64 [W], index in ROLES; before any trees, habits are those of the role.
         fold: int64 [W], 0 or 1: habits that a window's option is told by are learned from the other fold.
         settings: rounds and trees.
+        fits: fits the habits of both folds.
 
     Returns:
         The trees of each option's logit, by its index, of those that the team has; and the options of all
@@ -91,13 +105,13 @@ def habits(
     rng = np.random.default_rng(settings.seed)
     likelihood = np.exp((ratios - ratios.max(axis=1, keepdims=True)).astype(np.float64))
     posterior = _of_roles(likelihood, role)
+    halves = [np.flatnonzero(fold == part) for part in (0, 1)]
     for _ in range(settings.rounds):
         drawn, before = _draw(posterior, rng), np.full(ratios.shape, settings.doubt / ratios.shape[1])
-        for part in (0, 1):
-            own, others = np.flatnonzero(fold == part), np.flatnonzero(fold != part)
-            if len(own) and len(others):
-                grown = fit_habits(observation[others], drawn[others], settings)
-                before[own] += (1 - settings.doubt) * probabilities(grown, observation[own], ratios.shape[1])
+        if all(map(len, halves)):
+            grown = fits([(observation[half], drawn[half]) for half in halves[::-1]], settings.of_rounds)
+            for own, others in zip(halves, grown, strict=True):
+                before[own] += (1 - settings.doubt) * probabilities(others, observation[own], ratios.shape[1])
         posterior = _weighed(likelihood, before)
     return fit_habits(observation, _draw(posterior, rng), settings), posterior
 
