@@ -13,7 +13,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from pitchlore.pipeline.base.errors import PitchloreError, in_one_line
+from pitchlore.flows import left_out
+from pitchlore.pipeline.base.errors import PitchloreError, in_one_line, not_readable
 from pitchlore.pipeline.base.software import __version__
 from pitchlore.pipeline.engine.child import collect_rarely, hold_threads, hush, library_threads
 from pitchlore.pipeline.engine.interrupt import interruptible
@@ -301,14 +302,15 @@ def script() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command, and exit; the exit code is 0 only on success, and errors are one line."""
+    """Run a command, and exit: 0 on success, 3 if damaged files were left out, else 1 and a line."""
     words = sys.argv[1:] if arguments is None else arguments
     _open_streams()
     hold_threads(library_threads(words))
     os.environ["PYTHONSAFEPATH"] = "1"  # processes of ours load no modules of the working directory
+    left_out.begin()
     with interruptible() as interrupted:
         _call(words, interrupted, debug="--debug" in words)
-    sys.exit(0)
+    sys.exit(left_out.exit_code())
 
 
 def _open_streams() -> None:
@@ -352,6 +354,8 @@ def _unforeseen(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is None and error.errno in (errno.ENOSPC, errno.EBADF):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that Python does not try again at its end
         return f"standard output: cannot be written ({error.strerror}). Free space or name another."
+    if isinstance(error, OSError) and error.filename is not None and error.errno is not None:
+        return str(not_readable(os.fsdecode(error.filename), error, "Look what is there, then call it again"))
     if isinstance(error, OverflowError | MemoryError):
         return f"a number is too large, or memory too small ({in_one_line(error)}). Give smaller numbers."
     if type(error).__name__ == "SettingsError":

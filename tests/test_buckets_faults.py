@@ -151,7 +151,7 @@ def test_keys_of_others(server, machine):
     store = machine(url, "two")
     store.catch_up()
     assert list(store.receipts("goals")) == [receipt]
-    assert store.unreadable("goals") == {}
+    assert store.unreadable_receipts("goals") == {}
     assert store.read(receipt, "note") == b"one"
     assert inbox(store) == []
 

@@ -103,7 +103,7 @@ def test_damaged(tmp_path, call):
     first, _ = sorted((tmp_path / LOG).glob("*.json"))
     first.write_text(first.read_text().replace('"run"', '"ran"'))
     code, out, err = call("runs", "--json", "--data", tmp_path)
-    assert (code, len(json.loads(out)), err.count("\n")) == (0, 1, 1)
+    assert (code, len(json.loads(out)), err.count("\n")) == (3, 1, 1)
     assert str(first) in err
     assert "Remove it: only what `pitchlore runs` says of that run is lost." in err
 

@@ -42,7 +42,8 @@ def anew(store: Store) -> None:
 
 
 def answers(store: Store) -> dict[str, list[tuple[object, ...]]]:
-    """All rows of all tables."""
+    """All rows of all tables, without what is damaged."""
+    store.leave_out = lambda _: None
     league = League(store)
     return {table: league.ask(f"from {table} order by all").rows() for table in PUBLIC}
 

@@ -159,7 +159,7 @@ def test_made_anew(data, lost):
         file.unlink()
     else:
         path.write_text(whole[:50])
-    assert [each.path for each in refresh(store)[1]] == [str(file)] * lost
+    assert [error.where for error in refresh(store)[1]] == [str(file if lost else path)]
     assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
     report = run(data)
     assert path.read_text() == whole
@@ -169,10 +169,11 @@ def test_made_anew(data, lost):
 
 
 def test_unreadable_match(data):
-    """An unreadable match or version is named, and the others go on."""
+    """An unreadable match or version is named, and the others go on; here the match has no log, either."""
     store = Store(data)
     name = next(iter(store.receipts("matches"))).name
     (data / "matches" / f"{name}.receipt.json").write_text("{")
+    next((data / "matches").glob(f"{name}-*.log.mcap")).unlink()
     (data / "knowledge" / "v0001" / "manifest.json").write_text("{")
     report = run(data)
     assert set(report.failures) == {f"matches {name}", "knowledge version 1"}

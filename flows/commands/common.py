@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter, Token
 
 from pitchlore.flows.commands.printing import warn
+from pitchlore.flows.left_out import leave_out
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.base.text import did_you_mean
 from pitchlore.pipeline.base.toml import overlaid
@@ -69,12 +70,16 @@ class Common:
     def existing(self) -> Store:
         """The store in the data folder, for a command that looks at what is there.
 
+        What is damaged is left out of its answer, with a line, and the exit code says so.
+
         Raises:
             BadSettings: if it is not a folder.
             NotFound: if it does not exist, or holds nothing of a data folder.
             StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
         """
-        return existing(self.data)
+        store = existing(self.data)
+        store.leave_out = leave_out
+        return store
 
     @property
     def league(self) -> League:

@@ -12,10 +12,12 @@ from pitchlore.flows.commands.printing import (
     print_frame,
     print_json,
     print_known,
+    print_lack,
     spelt,
 )
 from pitchlore.flows.commands.verify import verify_versions
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.face.versions import Knowledge
 
 
 def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
@@ -25,18 +27,20 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
         json: Print JSON.
         common: Options of every command.
     """
-    league = common.league
+    store = common.existing
     rows = [
         {"version": known.version, "parent": known.parent, "matches": known.details["matches"],
          "teams": len(known.details.get("teams", ())), "behaviours": known.details["behaviours"],
-         "occasions": known.details["occasions"], "imitates": known.imitates, "key": known.key}
-        for known in map(league.knowledge, league.versions["knowledge"])
+         "occasions": known.details["occasions"], "imitates": known.imitates,
+         "made_without": ", ".join(known.made_without), "key": known.key}
+        for known in (Knowledge(store, each) for each in store.manifests("knowledge"))
     ]
     if json:
         print_json(rows)
     elif rows:
-        print_frame(pl.DataFrame(rows))
-    else:
+        frame = pl.DataFrame(rows)
+        print_frame(frame if any(frame["made_without"]) else frame.drop("made_without"))
+    elif not store.versions("knowledge"):
         console().print("no knowledge yet: run `pitchlore run`")
 
 
@@ -64,6 +68,7 @@ def show(
     by = habits if known.habits.height else ", by behaviours in states"
     console().print(f"knowledge version {known.version}, parent {known.parent}; "
                     f"policies imitate: {f'{known.imitates}{by}' if known.imitates else 'nobody'}")
+    print_lack(known)
     print_known(known)
     for (of, league), own in rows.group_by("team", "kind", maintain_order=True):
         print_frame(

@@ -5,7 +5,14 @@ from __future__ import annotations
 import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json
-from pitchlore.flows.commands.printing import console, in_words, print_frame, print_json, print_known
+from pitchlore.flows.commands.printing import (
+    console,
+    in_words,
+    print_frame,
+    print_json,
+    print_known,
+    print_lack,
+)
 from pitchlore.pipeline.base.errors import NotFound
 
 
@@ -45,6 +52,7 @@ def show(
                     "alone: one behaviour)", soft_wrap=True)
     beside = " These states decide nothing; see `pitchlore scout`." if policy.looks else ""
     console().print(f"{policy.plays}{beside}", soft_wrap=True)
+    print_lack(policy)
     print_known(policy)
     counts = states.group_by("key", "role", "verdict").agg(states=pl.len(), visits=pl.col("visits").sum())
     print_frame(counts.sort("key", "role", "verdict"))

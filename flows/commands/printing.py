@@ -179,6 +179,12 @@ def print_training(store: Store, *, tables: bool = True) -> None:
     print_known(policy)
 
 
+def print_lack(version: Knowledge | Policy) -> None:
+    """Print which matches and versions a version was made without, if any were damaged or refused."""
+    if version.made_without:
+        console().print(f"made without {', '.join(version.made_without)}", soft_wrap=True, highlight=False)
+
+
 def print_known(version: Knowledge | Policy) -> None:
     """Print how many decisions of the imitated team were in states that are known, by each key."""
     shares = ", ".join(f"{100 * share:.3g} % by {key}" for key, share in version.known.items())

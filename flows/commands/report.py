@@ -9,7 +9,7 @@ import polars as pl
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
-from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
+from pitchlore.flows.commands.printing import console, print_frame, print_json, print_stand_in
 from pitchlore.flows.reporting import Reported
 from pitchlore.flows.reporting import report as make_report
 from pitchlore.pipeline.engine.catalog import renew
@@ -42,10 +42,10 @@ def report(
     place_of(on)  # so that a word that names none is refused at once
     store = common.existing
     for noun in ("seasons", "evaluations"):
-        for name, why in store.unreadable_receipts(noun).items():
-            warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
+        for error in store.unreadable_receipts(noun).values():
+            store.go_on_without(error)
     for file in damaged(store):
-        warn(f"{file.receipt.noun.removesuffix('s')} {file.receipt.name} is left out: {file.advice}")
+        store.go_on_without(file.error)
     page = perform(store, "report_flow", Reported, make_report)(store.root, on).page
     games, growth, evaluations, left_out, prefer = tables(store, sources(store))
     receipt = store.receipt("report", NAME)

@@ -25,6 +25,7 @@ from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
 from pitchlore.pipeline.engine.placement.places import place_of
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import ALL
+from pitchlore.pipeline.engine.versions import WITHOUT
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
 from pitchlore.pipeline.store import Store
@@ -135,7 +136,8 @@ def _print_run(store: Store, report: RunReport, mine: str, *, verbose: bool) -> 
         _print_rounds(store)
     new = {True: "new", False: "unchanged"}
     out.print(f"knowledge version {report.knowledge} ({new[report.knowledge_is_new]}): "
-              f"{store.named(store.version_folder('knowledge', report.knowledge))}")
+              f"{store.named(store.version_folder('knowledge', report.knowledge))}{_lack(store, report)}",
+              soft_wrap=True)
     if report.policy is not None:
         if not idle:
             print_training(store, tables=verbose)
@@ -148,6 +150,13 @@ def _print_run(store: Store, report: RunReport, mine: str, *, verbose: bool) -> 
     where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
     there = f"catalogue: {catalog_path(store)}" if store.mirror is None else "catalogue: made when you ask"
     out.print(f"{there} (try: pitchlore sql{where} \"from behaviours limit 20\")", soft_wrap=True)
+
+
+def _lack(store: Store, report: RunReport) -> str:
+    """The matches and versions that the newest knowledge was made without, as the end of its line."""
+    assert report.knowledge is not None
+    without = store.manifest("knowledge", report.knowledge).details.get(WITHOUT, ())
+    return f", made without {', '.join(without)}" if without else ""
 
 
 def _print_quarantine(store: Store, report: RunReport) -> None:

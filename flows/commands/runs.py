@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
-from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json, warn
+from pitchlore.flows.commands.printing import console, print_failed, print_frame, print_json
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.costs import Cost, mebibytes
 from pitchlore.pipeline.engine.history import RunEntry, log
@@ -31,8 +31,8 @@ def runs(
     """
     store = common.existing
     found = log(store)
-    for problem in found.damaged.values():
-        warn(problem)
+    for error in found.damaged.values():
+        store.go_on_without(error)
     if name is not None:
         _show(_named(found.entries, name, store.where), json=json)
         return

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json, UserPath
 from pitchlore.flows.commands.printing import console, print_json
+from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.engine.catalog import distrust
 from pitchlore.pipeline.engine.verify import backup_at, mend, verify_all, verify_knowledge
 from pitchlore.pipeline.store import Store
@@ -42,7 +43,7 @@ def _conclude(
     begun = time.perf_counter()
     found = check(store)
     seconds = time.perf_counter() - begun
-    if found.damages:
+    if any(isinstance(damage.error, CorruptFile) for damage in found.damages):
         distrust(store)
     left, restored = found, list[str]()
     while backup is not None and (mended := mend(left, store, backup)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,12 @@ class StorageFailed(PitchloreError):
     transient = True
 
 
+class ReadFailed(StorageFailed):
+    """The system refuses to read a file that may well be whole: no permission, a failing or absent disk."""
+
+    for_all = True
+
+
 class BucketFailed(StorageFailed):
     """A bucket cannot be reached, or refuses, however often it was asked."""
 
@@ -119,3 +126,20 @@ def unwritable(path: Path, error: OSError) -> StorageFailed:
         f"cannot be written ({error.strerror or error})", where=str(path),
         next_step="Free space or mend the folder, then run again; nothing that was there is lost",
     )
+
+
+#: Errors by which a file is not there, or something else is in its place. All others say nothing about it.
+_GONE = frozenset((errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ELOOP))
+#: Advice on a file that may not be read.
+_CLOSED = "Let this user read it, or call the command as its owner; nothing says that it is damaged"
+
+
+def not_readable(path: Path | str, error: OSError, remedy: str) -> CorruptFile | ReadFailed:
+    """The error of a file of ours that cannot be read: of a lost one with its remedy, else the system's."""
+    what = f"cannot be read ({error.strerror or error})"
+    if error.errno in _GONE:
+        first = "Remove that folder. " if error.errno == errno.EISDIR else ""
+        return CorruptFile(what, where=str(path), next_step=first + remedy)
+    closed = isinstance(error, PermissionError)
+    return ReadFailed(what, where=str(path), next_step=_CLOSED if closed else (
+        "Mend the disk, or mount it anew, then call the command again; nothing was changed"))

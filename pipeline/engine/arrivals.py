@@ -7,13 +7,11 @@ files tell that it is the same. This is a cache: without it, every recording is 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 
-from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.sealed import read_model, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import read_cache, sealed, settled, stamp_of
 
 #: The cache in a data folder.
 NAME = ".recordings.json"
@@ -42,7 +40,8 @@ class Arrivals:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._known = dict(_read(store).recordings) if store.mirror is None else {}
+        known = read_cache(store.root / NAME, KnownRecordings) if store.mirror is None else None
+        self._known = dict(known.recordings) if known is not None else {}
         self._before = dict(self._known)
 
     def content(self, files: Sequence[Path]) -> str | None:
@@ -74,9 +73,3 @@ def stamps_of(files: Sequence[Path]) -> str:
 
 def _name(files: Sequence[Path]) -> str:
     return "\0".join(str(file.absolute()) for file in files)
-
-
-def _read(store: Store) -> KnownRecordings:
-    with suppress(CorruptFile):
-        return read_model(str(store.root / NAME), KnownRecordings) or KnownRecordings()
-    return KnownRecordings()

@@ -87,7 +87,7 @@ def renew(store: Store) -> None:
         refresh(store, join=True)
 
 
-def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[Vouched]]:
+def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[CorruptFile]]:
     """Build the catalogue and move it into place, unless it is up to date; in a closed folder, in memory.
 
     A catalogue that another version of Pitchlore made, with other tables, is not. Damaged files are left
@@ -98,7 +98,7 @@ def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[Vouched]]:
         join: whether matches that are complete are closed (:mod:`pipeline.store.parts`).
 
     Returns:
-        The catalogue's path, and the files that were left out.
+        The catalogue's path, and the errors of the files that were left out.
     """
     path = catalog_path(store)
     with store.keeping():
@@ -107,24 +107,24 @@ def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[Vouched]]:
             return path, []
         known = catalog.listing(path)
         try:
-            damaged = _bring_up_to_date(store, path, known, join=join)
+            left_out = _bring_up_to_date(store, path, known, join=join)
         except CorruptFile:  # the bytes of a file changed, while its size and time did not
-            damaged = _bring_up_to_date(store, path, None, join=join)
-        if not damaged and not store.closed:
+            left_out = _bring_up_to_date(store, path, None, join=join)
+        if not left_out and not store.closed:
             keep_look(store, path, folders)
-    return path, damaged
+    return path, left_out
 
 
 def _bring_up_to_date(
     store: Store, path: Path, known: catalog.Listing | None, *, join: bool
-) -> list[Vouched]:
-    """Build the catalogue unless it lists all files as they are; the files that are left out."""
+) -> list[CorruptFile]:
+    """Build the catalogue unless it lists all files as they are; the errors of files that are left out."""
     records = records_of(store)
     if known is not None and stands(known, records):
         return []
     if store.mirror is not None:
-        store.bring(receipts_of(store), PUBLIC)
-    files, damaged = look_over(store, known or {}, records, join=join)
+        store.bring(receipts_of(store)[0], PUBLIC)
+    files, damaged, unread = look_over(store, known or {}, records, join=join)
     if files != known:
         of_groups = frozenset(
             schema.NAME for noun in STAGES.nouns(Per.GROUP) for schema in STAGES[noun].schemas
@@ -133,7 +133,7 @@ def _bring_up_to_date(
         if not store.closed:
             with store.aside(path) as temporary:
                 catalog.build(temporary, files, of_groups)
-    return damaged
+    return unread + [file.error for file in damaged]
 
 
 def files_of(store: Store, table: str) -> list[str]:

@@ -159,8 +159,5 @@ class Chain(Mapping[str, Stage]):
 
 def _files(store: Store, work: Work) -> object:
     """The files that an output's receipt names now, None if there is none that can be read."""
-    try:
-        receipt = store.receipt(work.noun, work.name)
-    except CorruptFile:
-        return None
+    receipt = store.readable(work.noun, work.name)
     return receipt and receipt.files

@@ -7,17 +7,15 @@ match. The cache takes the stamps of the receipts, 0.1 ms a match. Without it, a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.digests import canonical, digest
-from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.sealed import read_model, sealed
+from pitchlore.pipeline.store.sealed import read_cache, sealed
 
 
 class Done(Frozen):
@@ -47,7 +45,7 @@ class FreshnessCache:
     def __init__(self, store: Store, stage_group: Sequence[Stage], settings: Settings, scope: Scope) -> None:
         self._store = store
         self._basis = None if store.suspect or store.mirror else _basis(store, stage_group, settings, scope)
-        self._held = _read(store) if self._basis else Done(stamps={})
+        self._held = (read_cache(_path(store), Done) if self._basis else None) or Done(stamps={})
         self._known = self._held.stamps.get(self._basis or "", {})
         self._now = _stamps(store, stage_group) if self._basis else {}
         self._found = dict[str, str]()
@@ -77,12 +75,6 @@ def forget_freshness(store: Store) -> None:
 
 def _path(store: Store) -> Path:
     return store.root / ".done.json"
-
-
-def _read(store: Store) -> Done:
-    with suppress(CorruptFile):
-        return read_model(str(_path(store)), Done) or Done(stamps={})
-    return Done(stamps={})
 
 
 def _stamps(store: Store, stage_group: Sequence[Stage]) -> dict[str, str]:

@@ -102,11 +102,11 @@ class Log(NamedTuple):
 
     Attributes:
         entries: in the order of their start.
-        damaged: problems of entries that cannot be read, by name.
+        damaged: errors of damaged entries, by name.
     """
 
     entries: list[RunEntry]
-    damaged: dict[str, str]
+    damaged: dict[str, CorruptFile]
 
 
 class Note:
@@ -177,7 +177,7 @@ def log(store: Store) -> Log:
         try:
             entry = read_model(path, RunEntry)
         except CorruptFile as error:
-            found.damaged[Path(path).name.removesuffix(_END)] = str(error)
+            found.damaged[Path(path).name.removesuffix(_END)] = error
         else:
             if entry is not None:  # else it was dropped meanwhile
                 found.entries.append(entry)

@@ -6,12 +6,14 @@ from typing import NamedTuple
 from pitchlore.pipeline.engine.arrivals import Arrivals, stamps_of
 from pitchlore.pipeline.engine.lacking import remarks
 from pitchlore.pipeline.engine.matches import standing, take_in
+from pitchlore.pipeline.engine.outputs import need
 from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.recordings import Recording, inbox, strangers, useless
 from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.receipts import Receipt
 
 
 class Taken(NamedTuple):
@@ -61,18 +63,23 @@ def import_all(
         arrivals.note(work[label].files(), *taken)
         taken_in.add(taken.sha256)
 
-    before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
+    before = _keys(store)
     report = run_pieces(make_match, "matches", {
         label: {"data": root, "recording": recording.at(path), "limits": limits}
         for label, recording in work.items()
     }, task="import", ended=ended)
     arrivals.keep()
-    after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
+    after = _keys(store)
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
-    new = {*report.made}
-    sources = {receipt.inputs.get("source") for receipt in store.receipts("matches") if receipt.name in new}
+    made = [need(store, "matches", name) for name in report.made]
+    sources = {receipt.inputs.get("source") for receipt in made}
     report.kept = kept + done - len(taken_in & sources)  # a recording may have several matches
-    report.notes = notes + remarks(store, (match for match in store.receipts("matches") if match.name in new))
+    report.notes = notes + remarks(store, made)
     report.failed |= others
     return report
+
+
+def _keys(store: Store) -> dict[str, str]:
+    """The keys of the matches, by id; one with a damaged receipt counts as new once it is whole."""
+    return {name: found.key for name, found in store.tried("matches") if isinstance(found, Receipt)}

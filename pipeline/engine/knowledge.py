@@ -54,7 +54,7 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
     receipts["options"] = [held for held in recovered if held is not None and held.details["options"]]
     inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides", "options")}) | {
         label_of(decisions, match): sha256_of(decisions, match) for match in scope.matches}
-    parent = store.latest("knowledge")
+    parent = store.newest_whole("knowledge")
     if settings.recover is not None and not receipts["options"]:
         bodies = _of_bodies(store, receipts["sides"])
         inputs |= {f"{noun}/all": digest(canonical(digests({noun: of}))) for noun, of in bodies.items() if of}
@@ -230,7 +230,7 @@ def _added(
     store: Store, inputs: dict[str, str], settings: KnowledgeSettings, stage: Stage, seed: int
 ) -> Manifest | None:
     """The version that added exactly these inputs, None if there is none."""
-    for manifest in reversed(store.manifests("knowledge")):
+    for manifest in reversed(store.whole_versions("knowledge")):
         parent = {label: sha for label, sha in manifest.inputs.items() if label.startswith(f"{_PARENT}/")}
         if manifest.key == stage.work(stage.noun, settings, inputs | parent, seed=seed).key:
             return manifest

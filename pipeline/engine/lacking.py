@@ -56,25 +56,26 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     There is nothing if no behaviour was selected, no player logged a decision, and no option was recovered of
     a match that counts, from which habits could be learned.
     """
-    count = {receipt.name for receipt in store.receipts("sides") if any(receipt.details["counts_as"])}
-    options = (store.readable("options", match) for match in scope.matches if match in count)
+    sides = _of(store, "sides", scope)
+    count = {receipt.name for receipt in sides if any(receipt.details["counts_as"])}
+    options = (store.receipt("options", match) for match in scope.matches if match in count)
     if any(held and held.details["options"] for held in options):
         return []
-    selected, decided = (store.readable(noun, scope.name) for noun in ("behaviours", "decisions"))
+    selected, decided = (store.receipt(noun, scope.name) for noun in ("behaviours", "decisions"))
     if selected is None or decided is None:
         return []
     kept = any(report["groups_kept"] for report in selected.details["reports"])
     if kept or decided.details.get("decisions", 0):
         return []
-    matches = [receipt for receipt in store.receipts("matches") if receipt.name in {*scope.matches} & count]
-    useless = [receipt for receipt in store.receipts("matches")
-               if receipt.name in scope.matches and UNUSABLE & receipt.details.get("flaws", {}).keys()]
+    every = _of(store, "matches", scope)
+    matches = [receipt for receipt in every if receipt.name in count]
+    useless = [receipt for receipt in every if UNUSABLE & receipt.details.get("flaws", {}).keys()]
     if not matches and useless:
         return ["No knowledge and no policy were made: no match shows a course of play with a ball.",
                 *remarks(store, useless, (*UNSCORED, *UNUSABLE), most=_NAMED)]
     if not matches:
         return [_nobody_counts(store, scope)]
-    goals = {receipt.name: receipt for receipt in store.receipts("goals")}
+    goals = {receipt.name: receipt for receipt in _of(store, "goals", scope)}
     counted = sum(goals[match.name].details["goals"] for match in matches if match.name in goals)
     silent = [match for match in matches if _unscored(store, match, goals.get(match.name))]
     said = remarks(store, silent, UNSCORED, most=_NAMED)
@@ -87,6 +88,12 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     return [f"No knowledge and no policy were made: {head}. {following}.", *said]
 
 
+def _of(store: Store, noun: str, scope: Scope) -> list[Receipt]:
+    """The outputs of a noun of the matches of a scope, as far as they have been made."""
+    found = (store.receipt(noun, match) for match in scope.matches)
+    return [receipt for receipt in found if receipt is not None]
+
+
 def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
     """True if flaws of a match say why no goal of a team is known in it."""
     flaws = match.details.get("flaws", {})
@@ -97,7 +104,7 @@ def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
 
 def _nobody_counts(store: Store, scope: Scope) -> str:
     """Line that the settings leave no team, and which teams there are."""
-    matches = [receipt for receipt in store.receipts("matches") if receipt.name in scope.matches]
+    matches = _of(store, "matches", scope)
     there = sorted({(receipt.details[side], receipt.details["pitch"]["kind"])
                     for receipt in matches for side in SIDES})
     named = ", ".join(f"{team} ({kind})" for team, kind in there[:_TEAMS])

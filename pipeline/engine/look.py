@@ -22,7 +22,7 @@ from pitchlore.pipeline.store.parts import ClosedPart, Source
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import remedy_for
 from pitchlore.pipeline.store.receipts import FileRecord, Receipt
-from pitchlore.pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed, settled, stamp_of
 
 _log = logging.getLogger(__name__)
 
@@ -43,9 +43,9 @@ class Vouched(NamedTuple):
     seen: Glance
 
     @property
-    def advice(self) -> str:
-        """The advice if it is damaged, a line."""
-        return f"{self.path}: is lost or damaged. {remedy_for(self.receipt)}."
+    def error(self) -> CorruptFile:
+        """The error if it is damaged."""
+        return CorruptFile("is lost or damaged", where=self.path, next_step=remedy_for(self.receipt))
 
 
 class Look(NamedTuple):
@@ -54,10 +54,12 @@ class Look(NamedTuple):
     Attributes:
         files: the whole files, as the catalogue lists them.
         damaged: the files that are damaged or lost.
+        unread: errors of damaged receipts and manifests; what they name is in neither.
     """
 
     files: Listing
     damaged: list[Vouched]
+    unread: list[CorruptFile]
 
 
 class Looked(Frozen):
@@ -89,7 +91,7 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     refused = {name for _, name in out}
     kept = {part.name: part for part in _untouched(known, there, records, refused, nouns)}
     closed = {match for part in kept.values() for match in part.matches}
-    receipts = receipts_of(store, closed)
+    receipts, unread = receipts_of(store, closed)
     whole, damaged = _whole_and_damaged(store, receipts, known)
     table_of = _tables(out, receipts, closed)
     sources = _sources(whole, table_of, refused | {file.receipt.name for file in damaged})
@@ -104,18 +106,19 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     for file in whole:
         part = part_of.get(file.receipt.name, "") if file.receipt.noun in nouns else ""
         files[file.path] = Listed("" if part else table_of(file), file.seen, part)
-    if not (damaged or any(store.unreadable_receipts(noun, closed) for noun in STAGES.receipted)
-            or any(map(store.unreadable_versions, STAGES.versioned))):
+    if not damaged and not unread:
         files |= {path: Listed(RECORD, seen, part_of.get(_match_of(path, nouns), ""))
                   for path, seen in records.items() if path not in files}
-    return Look(files, damaged)
+    return Look(files, damaged, unread)
 
 
-def receipts_of(store: Store, without: Collection[str] = ()) -> list[Receipt]:
-    """All receipts and manifests as they are at one moment, but the receipts of some names."""
+def receipts_of(store: Store, without: Collection[str] = ()) -> tuple[list[Receipt], list[CorruptFile]]:
+    """Receipts and manifests at one moment, but receipts of some names; and errors of damaged ones."""
     with store.snapshot():
-        return [*(receipt for noun in STAGES.receipted for receipt in store.receipts(noun, without)),
-                *(manifest for noun in STAGES.versioned for manifest in store.manifests(noun))]
+        every = [found for noun in STAGES.receipted for _, found in store.tried(noun, without)]
+        every += [found for noun in STAGES.versioned for _, found in store.tried_versions(noun)]
+    return ([found for found in every if isinstance(found, Receipt)],
+            [found for found in every if isinstance(found, CorruptFile)])
 
 
 def records_of(store: Store) -> dict[str, Glance]:
@@ -145,12 +148,12 @@ def stands_at_a_glance(store: Store, catalogue: Path, folders: Mapping[str, Stam
         catalogue: its catalogue.
         folders: the folders (:func:`folders_of`) as they are.
     """
-    with suppress(CorruptFile, OSError):
-        looked = read_model(str(_looked_path(store)), Looked)
-        if looked == Looked(catalogue=stamp_of(str(catalogue)), folders=dict(folders)):
-            young = listing(catalogue, open_only=True)
-            return young is not None and all(glance(path) == file.seen for path, file in young.items())
-    return False
+    looked = read_cache(_looked_path(store), Looked)
+    if looked is None or not catalogue.exists() or looked != Looked(
+            catalogue=stamp_of(str(catalogue)), folders=dict(folders)):
+        return False
+    young = listing(catalogue, open_only=True)
+    return young is not None and all(glance(path) == file.seen for path, file in young.items())
 
 
 def keep_look(store: Store, catalogue: Path, folders: Mapping[str, Stamp | None]) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import polars as pl
 
@@ -26,6 +28,7 @@ from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made, Work
 from pitchlore.schemas import SIDES, Commands, GameEvents, Kicks, Matches, Quality, Referee, Table
@@ -205,7 +208,9 @@ def read_match(
 
 def _same_recording(store: Store, *hashes: str | None) -> Receipt | None:
     """Receipt of the match that was made from content with one of these SHA-256, or is it; else None."""
-    for receipt in store.receipts("matches"):
+    for _, receipt in store.tried("matches"):
+        if not isinstance(receipt, Receipt):  # the run that follows makes it again, or names it
+            continue
         own = (receipt.inputs.get("source"), receipt.details.get("recording"), receipt.files["log"].sha256)
         if any(sha256 is not None and sha256 in own for sha256 in hashes):
             return receipt
@@ -294,6 +299,28 @@ def mend_match(store: Store, receipt: Receipt) -> None:
         store.mend(receipt, made(log.read(data, where=receipt.name), data))
     except (CorruptFile, DamagedLog):
         return  # it is reported: the recording has to be imported again
+
+
+def remake_receipt(store: Store, name: str) -> bool:
+    """Write the damaged receipt of a match anew from its log, if there is one log of it, and that is whole.
+
+    Returns:
+        Whether it was; not of a match that was played here. Which version of the importer made the log is not
+        known, so that the match is imported again when its recording comes again.
+    """
+    ours = re.compile(rf"/{re.escape(name)}-([0-9a-f]{{12}})\.log\.mcap$")
+    logs = [(path, found[1]) for path in listed(store.root / "matches") if (found := ours.search(path))]
+    if len(logs) != 1 or not Path(logs[0][0]).is_file():
+        return False
+    data = store.foreign(Path(logs[0][0]), megabytes=log.MAX_LOG_BYTES >> 20)
+    if digest(data)[:12] != logs[0][1]:
+        return False
+    match = log.read(data, where=name)
+    if match.info.match_id != name or match.info.recording is None:
+        return False
+    settings: Any = match.info.settings.get("map", {})
+    keep(store, match, data, replace(_work(name, match.info.recording, settings), version=0))
+    return True
 
 
 def made(match: MatchLog, data: Content | None = None) -> Made:

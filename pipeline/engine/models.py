@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from hashlib import sha256
 
-from pitchlore.pipeline.base.errors import CorruptFile
 from pitchlore.pipeline.engine.inputs import Held
 from pitchlore.pipeline.engine.outputs import need
 from pitchlore.pipeline.engine.stage import Output, Scope
@@ -30,10 +29,7 @@ def matches_to_fit(store: Store, output: Output, scope: Scope, settings: ModelSe
         held = need(store, "matches", match)
         if UNUSABLE.isdisjoint(held.details.get("flaws", ())):
             leagues.setdefault(league_kind(held), []).append(match)
-    try:
-        standing = store.receipt("models", output.name)
-    except CorruptFile:
-        standing = None
+    standing = store.readable("models", output.name)
     before = standing.details.get("matches", {}) if standing is not None else {}
     chosen = (_chosen(matches, set(before.get(kind, ())), settings) for kind, matches in leagues.items())
     return tuple(sorted(match for matches in chosen for match in matches))

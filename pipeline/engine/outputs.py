@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import polars as pl
 
@@ -70,30 +70,30 @@ def find_match(store: Store, match: str) -> Receipt:
     Raises:
         NotFound: if the id is empty, or fits no match or several. If it fits a match of a season, the error
             names the season's data folder.
+        CorruptFile: if its receipt is damaged.
     """
     if not match:
         raise NotFound("no match is named", next_step="Give the id of a match, or its beginning")
-    receipts = list(store.receipts("matches"))
-    found = _called(receipts, match)
+    names = match_names(store)
+    found = _called(names, match)
     if not found:
         for season in store.receipts("seasons"):
             own = store.root / season.details["store"]
-            if _called(Store(own).receipts("matches"), match):
+            if _called(match_names(Store(own)), match):
                 raise NotFound(f"is a match of the season {season.name}", where=match,
                                next_step=f"Add `--data {store.named(own)}`")
     if len(found) != 1:
-        names = ", ".join(r.name for r in (found or receipts)[:8]) or "none yet"
+        there = ", ".join((found or names)[:8]) or "none yet"
         what = "several matches begin so" if found else "there is no such match"
-        raise NotFound(f"{what} (there are: {names})", where=match, next_step="Name one of them")
-    return found[0]
+        raise NotFound(f"{what} (there are: {there})", where=match, next_step="Name one of them")
+    return need(store, "matches", found[0])
 
 
-def _called(receipts: Iterable[Receipt], match: str) -> list[Receipt]:
-    """The receipts with this name, or else those whose names begin with it."""
-    every = list(receipts)
-    return [r for r in every if r.name == match] or [r for r in every if r.name.startswith(match)]
+def _called(names: Sequence[str], match: str) -> list[str]:
+    """The match of this name, or else those whose names begin with it."""
+    return [match] if match in names else [name for name in names if name.startswith(match)]
 
 
 def match_names(store: Store) -> list[str]:
-    """The ids of all matches in the store, sorted."""
-    return [receipt.name for receipt in store.receipts("matches")]
+    """The ids of all matches in the store, sorted, those with a damaged receipt among them."""
+    return store.names("matches")

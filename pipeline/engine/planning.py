@@ -169,7 +169,8 @@ class _Planner:
 
     def __init__(self, store: Store, settings: Settings) -> None:
         self.store, self.settings, self.costs = store, settings, _costs(store)
-        self.scope = Scope(matches=tuple(match_names(store)))
+        self.unread = store.unreadable_receipts("matches")
+        self.scope = Scope(matches=tuple(match_names(store))).but(self.unread)
         self.damaged = _damaged(store) if self.scope.matches else {}
         self.refused = {(each.noun, each.name): each.reason for each in store.quarantined()}
         self.stages: list[StagePlan] = []
@@ -188,8 +189,7 @@ class _Planner:
         """The matches: recordings to import, and damaged ones."""
         todo = [Todo(name=name, why="damaged", detail=f"{why}; mended from its log, if that is whole")
                 for (noun, name), why in self.damaged.items() if noun == "matches"]
-        todo += [Todo(name=name, why="damaged", detail=why)
-                 for name, why in self.store.unreadable("matches").items()]
+        todo += [Todo(name=name, why="damaged", detail=str(error)) for name, error in self.unread.items()]
         arrivals = Arrivals(self.store)
         for recording in [*waiting(self.store), *map(_abandoned, self.store.abandoned(WATCHING))]:
             content = arrivals.content(recording.files())
@@ -292,7 +292,7 @@ class _Planner:
         for noun in STAGES.versioned:
             stage = STAGES[noun]
             again = [each for each in stage.inputs if self._some(each)]
-            newest = self.store.latest(noun)
+            newest = self.store.newest_whole(noun)
             wanted = noun == "knowledge" or train
             if not wanted or (not again and (nothing or not self.scope.matches)):
                 self.add(stage, int(newest is not None), ())

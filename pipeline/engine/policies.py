@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.digests import digest
-from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound
 from pitchlore.pipeline.engine.habits import copy_of, habitual, matches_of, watched_clock
 from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.knowledge import (
@@ -88,9 +88,13 @@ def known_play(store: Store, policy: Manifest) -> dict[str, float]:
 
 
 def trained_on(store: Store, policy: Manifest) -> Manifest | None:
-    """The version of the knowledge that a policy was trained on; None if it is no longer there."""
+    """The version of the knowledge that a policy was trained on; None if it is gone or left out."""
     number = policy.details["knowledge_version"]
-    return store.manifest("knowledge", number) if number in store.versions("knowledge") else None
+    try:
+        return store.manifest("knowledge", number) if number in store.versions("knowledge") else None
+    except CorruptFile as error:
+        store.go_on_without(error)
+        return None
 
 
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
@@ -102,8 +106,9 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
 
     Raises:
         NotFound: if there is no knowledge yet, or if it is out of date.
+        CorruptFile: if all of it is damaged.
     """
-    knowledge = store.latest("knowledge")
+    knowledge = store.newest_whole("knowledge") or store.latest("knowledge")
     if knowledge is None:
         raise NotFound("there is no knowledge to train on", where=store.where,
                        next_step="Import recordings and run `pitchlore run` first")
@@ -224,7 +229,7 @@ def _choosing(decisions: Held, match: str) -> list[str]:
 
 def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
     """The newest policy, if it imitates the same team."""
-    newest = store.latest("policies")
+    newest = store.newest_whole("policies")
     same = newest is not None and newest.details.get("imitates") == knowledge.details.get("imitates")
     return newest if same else None
 

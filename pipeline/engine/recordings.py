@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel, field_serializer
 
 from pitchlore.pipeline import matches as log
-from pitchlore.pipeline.base.errors import DamagedLog, NoFrames, PitchloreError
+from pitchlore.pipeline.base.errors import DamagedLog, NoFrames, PitchloreError, not_readable
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.importers.packets.recording import PacketRecording
 from pitchlore.pipeline.store import Store
@@ -97,7 +97,14 @@ def strangers(store: Store) -> dict[str, str]:
 
 def _dropped(store: Store) -> list[Recording]:
     """All in the inbox that is no folder, no map and not hidden, with their maps, sorted by name."""
-    return [with_map(path) for path in sorted((store.root / INBOX).rglob("*"))
+
+    def refuse(error: OSError) -> None:
+        if not isinstance(error, FileNotFoundError):  # there is no inbox yet
+            raise not_readable(str(error.filename), error, "Make it a folder") from error
+
+    found = (Path(folder, name) for folder, folders, files in os.walk(store.root / INBOX, onerror=refuse)
+             for name in (*folders, *files))
+    return [with_map(path) for path in sorted(found)
             if path.suffix != ".toml" and not path.name.startswith(".")
             and (path.is_symlink() or not path.is_dir())]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
@@ -27,12 +27,21 @@ class Scope(BaseModel):
         matches: ids of the matches, sorted.
         group: None if behaviours are selected from all matches of the store; else the id of the group
             they are selected from. With groups, learning from a new match always costs the same.
+        without: ids of matches that are there and left out: damaged, or refused by a stage. What is made of
+            the others says so.
     """
 
     model_config = ConfigDict(frozen=True)
 
     matches: tuple[str, ...]
     group: str | None = None
+    without: tuple[str, ...] = ()
+
+    def but(self, dropped: Collection[str | None]) -> Scope:
+        """The scope without some of its matches."""
+        left = tuple(match for match in self.matches if match not in dropped)
+        gone = {*self.without, *self.matches} - {*left}
+        return self.model_copy(update={"matches": left, "without": tuple(sorted(gone))})
 
     def of(self, output: Output) -> Scope:
         """The part of the scope that decides an output: its match, if it has one."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
-from pitchlore.pipeline.base.errors import PitchloreError
+from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
 from pitchlore.pipeline.engine.catalog import check_files
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.freshness import FreshnessCache
 from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
-from pitchlore.pipeline.engine.matches import mend_match
+from pitchlore.pipeline.engine.matches import mend_match, remake_receipt
 from pitchlore.pipeline.engine.outputs import match_names
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import Output, Scope, Stage
@@ -28,8 +28,7 @@ Emit = Callable[[Stage, Settings, Scope], tuple[int, bool, Spent]]
 
 def scope_of(store: Store) -> Scope:
     """The scope of a single stage's flow: all matches that no stage has in quarantine."""
-    bad = {record.name for record in store.quarantined()}
-    return Scope(matches=tuple(name for name in match_names(store) if name not in bad))
+    return Scope(matches=tuple(match_names(store))).but({record.name for record in store.quarantined()})
 
 
 def bring_up_to_date(
@@ -47,16 +46,14 @@ def bring_up_to_date(
         emit: makes versions.
         train: whether to make a policy.
     """
-    scope = Scope(matches=tuple(match_names(store)))
+    scope = Scope(matches=tuple(match_names(store))).but(store.unreadable_receipts("matches"))
     for stage_group in STAGES.stage_groups():
         if not scope.matches:
             break
         with report.leg(group_name([stage.noun for stage in stage_group])):
             failed = bring(store, stage_group, settings, scope, report, perform)
-        if any(output.match is None for output in failed):
-            scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}
-        scope = scope.model_copy(update={"matches": tuple(m for m in scope.matches if m not in dropped)})
+        scope = scope.but(scope.matches if None in dropped else dropped)
     nothing = lacking(store, scope) if scope.matches else []
     said = report.stage("matches").notes
     report.notes += [line for line in nothing if line not in said]
@@ -65,7 +62,7 @@ def bring_up_to_date(
         report.knowledge_is_new = bool(known)
         if train and known is not None:
             report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
-        report.notes += leagues(store.latest("knowledge"))
+        report.notes += leagues(store.newest_whole("knowledge"))
     _look_at_versions(store, report)
 
 
@@ -101,9 +98,19 @@ def standing_version(store: Store, stage: Stage, settings: Settings, scope: Scop
 def look_for_damage(store: Store, report: RunReport) -> None:
     """Mend matches from their logs, and report the damage that no stage can mend.
 
-    The store suspects damaged outputs from now on, so that they are made again.
+    A match whose receipt is damaged goes into quarantine, unless its log tells all that the receipt did. The
+    store suspects damaged outputs from now on, so that they are made again.
     """
-    report.stage("matches").failed |= store.unreadable("matches")
+    for record in store.quarantined():
+        if record.noun == "matches" and record.error == CorruptFile.__name__ and store.readable(
+                "matches", record.name) is not None:  # it was restored
+            store.release("matches", record.name)
+    for name, error in store.unreadable_receipts("matches").items():
+        if remake_receipt(store, name):
+            report.stage("matches").made.append(name)
+        else:
+            store.quarantine("matches", name, error)
+            report.stage("matches").failed[name] = str(error)
     damaged = check_files(store)
     for file in damaged:
         if file.receipt.noun == "matches":
@@ -111,9 +118,9 @@ def look_for_damage(store: Store, report: RunReport) -> None:
     for file in check_files(store) if damaged else ():
         noun, name = file.receipt.noun, file.receipt.name
         if isinstance(file.receipt, Manifest):
-            report.stage(noun).failed[f"version {file.receipt.version}"] = file.advice
+            report.stage(noun).failed[f"version {file.receipt.version}"] = str(file.error)
         elif noun == "matches":
-            report.stage(noun).failed[name] = file.advice
+            report.stage(noun).failed[name] = str(file.error)
 
 
 def bring(
@@ -163,9 +170,9 @@ def _done(
 def _look_at_versions(store: Store, report: RunReport) -> None:
     """Report the newest versions, and those that cannot be read."""
     for noun in STAGES.versioned:
-        unreadable = store.unreadable(noun)
-        if unreadable:
-            report.stage(noun).failed |= unreadable
-    known, learned = (store.latest(noun) for noun in STAGES.versioned)
+        for version, found in store.tried_versions(noun):
+            if isinstance(found, CorruptFile):
+                report.stage(noun).failed[f"version {version}"] = str(found)
+    known, learned = (store.newest_whole(noun) for noun in STAGES.versioned)
     report.knowledge = known.version if known else None
     report.policy = learned.version if learned else None

@@ -12,6 +12,7 @@ from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
+from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION
 from pitchlore.pipeline.store.verification import Verification, restore, verify, verify_parts
 
@@ -30,8 +31,8 @@ def verify_all(store: Store, *, season: bool = False) -> Verification:
     if not season:
         found.others += _matches(store)
     inner_folders = [] if season else [
-        *((store.root / "seasons" / receipt.name, True) for receipt in store.receipts("seasons")),
-        *((folder, False) for folder in sorted((store.root / imitations.FOLDER).glob("*")))]
+        *((store.root / "seasons" / name, True) for name in store.names("seasons")),
+        *((Path(folder), False) for folder in listed(store.root / imitations.FOLDER))]
     for folder, discards in inner_folders:
         if folder.is_dir():
             inner = verify_all(Store(folder), season=discards)
@@ -87,7 +88,11 @@ def mend(found: Verification, store: Store, backup: Files) -> list[Path]:
 def _parents(store: Store) -> Iterator[str]:
     """The versions that are gone, and that others follow or were made from, a line each."""
     for noun in STAGES.versioned:
-        for manifest in store.manifests(noun):
+        for version in store.versions(noun):
+            try:
+                manifest = store.manifest(noun, version)
+            except PitchloreError:
+                continue  # it is among the problems already
             where = f"{noun} version {manifest.version}"
             if manifest.parent is not None and manifest.parent not in store.versions(noun):
                 yield f"{where}: version {manifest.parent}, which it follows, is gone. {REMEDY_OF_VERSION}."
@@ -102,9 +107,9 @@ def _parents(store: Store) -> Iterator[str]:
 
 def _matches(store: Store) -> Iterator[str]:
     """The outputs whose match is gone, a line each."""
-    matches = {receipt.name for receipt in store.receipts("matches")}
+    matches = {*store.names("matches")}
     for noun in STAGES.nouns(Per.MATCH):
-        for receipt in store.receipts(noun):
-            if receipt.name not in matches:
-                yield (f"{noun} {receipt.name}: its match is gone. "
-                       f"Import it again, or remove what is left: `pitchlore forget {receipt.name}`.")
+        for name in store.names(noun):
+            if name not in matches:
+                yield (f"{noun} {name}: its match is gone. "
+                       f"Import it again, or remove what is left: `pitchlore forget {name}`.")

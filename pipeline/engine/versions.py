@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 from pydantic import BaseModel
 
-from pitchlore.pipeline.base.errors import Overtaken
+from pitchlore.pipeline.base.errors import CorruptFile, Overtaken
 from pitchlore.pipeline.engine.inputs import StoreInputs
-from pitchlore.pipeline.engine.stage import Scope, Stage
+from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.store.work import Made, Work
+
+#: Detail of a version: matches and versions that it was made without, because they are damaged or refused.
+WITHOUT = "without"
 
 
 def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple[Manifest, bool]:
@@ -47,11 +51,25 @@ def _next(
     if standing is not None:
         return standing, False
     made = stage.compute(StoreInputs(store, plan.receipts, version=version), settings)
-    newest = store.latest(stage.noun)
+    if without := _left_out(store, stage, scope, plan):
+        made = replace(made, details={**made.details, WITHOUT: without})
+    newest = store.newest_whole(stage.noun)
     if newest is not None and _holds(store, newest, work, made):
         store.confirm(work, newest.version)
         return newest, False
     return store.commit_version(work, made, version, parent=plan.parent), True
+
+
+def _left_out(store: Store, stage: Stage, scope: Scope, plan: Plan) -> list[str]:
+    """The matches and versions that would count for the next version, but are left out or damaged."""
+    found = {*scope.without}
+    for knowledge in plan.receipts.get("knowledge", ()):
+        found.update(knowledge.details.get(WITHOUT, ()))
+    for noun in {stage.noun, "knowledge"}:
+        every = list(store.tried_versions(noun))
+        while every and isinstance(every[-1][1], CorruptFile):  # the newest one that is whole was taken
+            found.add(f"{noun} version {every.pop()[0]}")
+    return sorted(found)
 
 
 def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:

@@ -37,11 +37,13 @@ _log = logging.getLogger(__name__)
 _SHOWN = "match_id, home, away, score_home, score_away, duration_s, hz, complete"
 
 
-def open(data: str | Path = "data") -> League:  # noqa: A001 (as one says it)
+def open(data: str | Path = "data", *, leave_out: bool = False) -> League:  # noqa: A001 (as one says it)
     """The league in a data folder, which `pitchlore import` and `pitchlore run` fill.
 
     Args:
         data: the folder, or the URL of a bucket.
+        leave_out: answer without what is damaged, with a warning for each file. Otherwise whatever needs a
+            damaged file raises a :class:`pitchlore.PitchloreError`.
 
     Returns:
         The league. It is read only when something is asked for.
@@ -56,7 +58,10 @@ def open(data: str | Path = "data") -> League:  # noqa: A001 (as one says it)
         >>> len(league.matches)
         1
     """
-    return League(existing(named_path(data)))
+    store = existing(named_path(data))
+    if leave_out:
+        store.leave_out = lambda error: _log.warning("left out: %s", error)
+    return League(store)
 
 
 class LeagueMatches(Mapping[str, Match]):
@@ -97,8 +102,8 @@ class League:
     """All matches of a data folder, and what was learned from them; :func:`pitchlore.open` gives one.
 
     Args:
-        store: the data folder.
-        say: receives warnings, a line each: damaged files that an answer leaves out, the age of a copy.
+        store: the data folder; it says whether an answer may leave out what is damaged.
+        say: receives the age of a bucket's copy, a line.
 
     Examples:
         >>> league = pitchlore.open("league")
@@ -197,7 +202,8 @@ class League:
         found = scan(files_of(self.store, table), PUBLIC[table])
         if "match_id" not in PUBLIC[table].columns() or table == "matches":
             return found
-        return found.filter(pl.col("match_id").is_in(match_names(self.store)))
+        there = [receipt.name for receipt in self.store.receipts("matches")]
+        return found.filter(pl.col("match_id").is_in(there))
 
     @property
     def versions(self) -> dict[str, list[int]]:
@@ -341,14 +347,14 @@ class League:
         return write_lerobot(self.store, None if folder is None else named_path(folder), matches, fps)
 
     def _catalogue(self) -> Path:
-        """The catalogue, brought up to date; a warning names each damaged file that it leaves out."""
+        """The catalogue, brought up to date; the store says whether damaged files may be left out."""
         path, left_out = refresh(self.store)
         age = "" if self.store.mirror is None else self.store.mirror.age()
         if age != self._age:
             self._age = age
             self._say(f"{self.store.where}: {age}")
-        for file in left_out:
-            self._say(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
+        for error in left_out:
+            self.store.go_on_without(error)
         return path
 
     def _numbered(self, noun: str, version: int | None) -> int:

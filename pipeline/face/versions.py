@@ -11,6 +11,7 @@ from pitchlore.pipeline.engine.habits import copy_of, matches_of
 from pitchlore.pipeline.engine.knowledge import imitates, known_shares, learned_from, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import known_play, looks, way_of_play
+from pitchlore.pipeline.engine.versions import WITHOUT
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.schemas import Appraisals, Behaviours, Habits, Occasions, Policies, Returns, States, Table
@@ -64,6 +65,11 @@ class Version:
     def details(self) -> dict[str, Any]:
         """Counts and facts of the version."""
         return self._manifest.details
+
+    @property
+    def made_without(self) -> list[str]:
+        """Matches and versions that it was made without, because they were damaged or refused."""
+        return list(self._manifest.details.get(WITHOUT, ()))
 
     @property
     def key(self) -> str:

@@ -8,8 +8,6 @@ one. Nothing here reads a clock: the same work gives the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Container
-
 from pitchlore.pipeline.store.outputs import Outputs
 from pitchlore.pipeline.store.quarantine import Quarantine
 from pitchlore.pipeline.store.versions import Versions
@@ -21,7 +19,3 @@ class Store(Outputs, Versions, Quarantine):
     Args:
         root: the folder; made when something is written.
     """
-
-    def unreadable(self, noun: str, without: Container[str] = ()) -> dict[str, str]:
-        """Problems of the unreadable receipts and manifests of a noun, by name, but those of some names."""
-        return self.unreadable_receipts(noun, without) | self.unreadable_versions(noun)

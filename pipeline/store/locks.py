@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import time
@@ -10,11 +11,13 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, BinaryIO
 
-from pitchlore.pipeline.base.errors import StorageFailed, unwritable
+from pitchlore.pipeline.base.errors import StorageFailed, not_readable, unwritable
 from pitchlore.pipeline.base.system import locked
 
 #: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.
 PATIENCE_S, _POLL_S = 5.0, 0.01
+#: Errors of disks without locks; reading goes on there, as in a folder in which nobody can write.
+_WITHOUT_LOCKS = frozenset((errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS))
 
 _log = logging.getLogger(__name__)
 
@@ -31,6 +34,7 @@ def holding(path: Path, *, alone: bool, reading: bool = False) -> Iterator[None]
 
     Raises:
         StorageFailed: if the file can be neither opened nor made, or the disk has no locks.
+        ReadFailed: if it is there, and the system refuses to open or to lock it.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -41,11 +45,16 @@ def holding(path: Path, *, alone: bool, reading: bool = False) -> Iterator[None]
         if not path.exists():
             yield
             return
-        held = path.open("r")
+        try:
+            held = path.open("r")
+        except OSError as closed:
+            raise not_readable(path, closed, "Make it a file") from closed
     with held, ExitStack() as stack:
         try:
             stack.enter_context(_waited(held, path, alone=alone))
         except OSError as error:
+            if reading and error.errno not in _WITHOUT_LOCKS:
+                raise not_readable(path, error, "Make it a file") from error
             if not reading:
                 raise StorageFailed(
                     f"cannot be locked ({error.strerror or error})", where=str(path),

@@ -15,7 +15,7 @@ from pitchlore.pipeline.store.meter import count_written
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import Receipt
-from pitchlore.pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, read_cache, read_model, sealed, settled, stamp_of
 from pitchlore.pipeline.store.work import Made, Work, contents
 
 #: How the names of receipts end.
@@ -41,20 +41,36 @@ class Outputs(Reading):
         """The receipt of an output, None if there is none.
 
         Raises:
-            CorruptFile: if the receipt is not readable.
+            CorruptFile: if it is damaged.
         """
         return read_model(self._receipt_path(noun, name), Receipt)
 
     def receipts(self, noun: str, without: Container[str] = ()) -> Iterator[Receipt]:
-        """All readable receipts of a noun, sorted by name, but those of some names.
+        """All receipts of a noun, sorted by name, but those of some names.
 
-        See also :meth:`unreadable_receipts`.
+        Raises:
+            CorruptFile: if one is damaged, unless the store may leave it out.
         """
-        for _, path in self._named(noun, without):
-            with suppress(CorruptFile):
+        for _, found in self.tried(noun, without):
+            if isinstance(found, Receipt):
+                yield found
+            else:
+                self.go_on_without(found)
+
+    def tried(self, noun: str, without: Container[str] = ()) -> Iterator[tuple[str, Receipt | CorruptFile]]:
+        """Names of the outputs of a noun, sorted, each with its receipt, or the error of a damaged one."""
+        for name, path in self._named(noun, without):
+            try:
                 receipt = read_model(path, Receipt)
-                if receipt is not None:
-                    yield receipt
+            except CorruptFile as error:
+                yield name, error
+            else:
+                if receipt is not None:  # else it was removed meanwhile
+                    yield name, receipt
+
+    def names(self, noun: str) -> list[str]:
+        """Names of the outputs of a noun, sorted, whether their receipts can be read or not."""
+        return [name for name, _ in self._named(noun)]
 
     def stamps(self, noun: str) -> dict[str, Stamp]:
         """The stamps of the receipts of a noun, by name, except of those that were written just now."""
@@ -64,15 +80,9 @@ class Outputs(Reading):
                 found[name] = stamp_of(path)
         return {name: stamp for name, stamp in found.items() if settled(stamp)}
 
-    def unreadable_receipts(self, noun: str, without: Container[str] = ()) -> dict[str, str]:
-        """Problems of unreadable receipts, by name of the output, but those of some names."""
-        found = {}
-        for name, path in self._named(noun, without):
-            try:
-                read_model(path, Receipt)
-            except CorruptFile as error:
-                found[name] = str(error)
-        return found
+    def unreadable_receipts(self, noun: str) -> dict[str, CorruptFile]:
+        """Errors of damaged receipts, by name of the output."""
+        return {name: found for name, found in self.tried(noun) if isinstance(found, CorruptFile)}
 
     def holding(self, work: Work) -> Receipt | None:
         """The receipt of an output, if it is of exactly this work and its files exist, none suspect."""
@@ -140,10 +150,8 @@ class Outputs(Reading):
                 self.keep(self.root / held.path, data)
 
     def readable(self, noun: str, name: str) -> Receipt | None:
-        """The receipt of an output, None if there is none that can be read."""
-        with suppress(CorruptFile):
-            return self.receipt(noun, name)
-        return None
+        """The receipt of an output, None if there is none or a damaged one, for who makes it again."""
+        return read_cache(Path(self._receipt_path(noun, name)), Receipt)
 
     def forget(self, noun: str, name: str) -> bool:
         """Remove an output, its receipt first. Returns whether it existed.

@@ -6,7 +6,7 @@ import os
 import re
 from pathlib import Path
 
-from pitchlore.pipeline.base.errors import BadSettings, StorageFailed, unwritable
+from pitchlore.pipeline.base.errors import BadSettings, ReadFailed, unwritable
 from pitchlore.pipeline.store.buckets import check_local
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
@@ -78,7 +78,7 @@ def listed(folder: Path, end: str = "") -> list[str]:
     They are texts: a folder may have many thousands.
 
     Raises:
-        StorageFailed: if the folder cannot be read: what cannot be seen is not gone.
+        ReadFailed: if the folder cannot be read: what cannot be seen is not gone.
     """
     try:
         with os.scandir(folder) as entries:
@@ -86,8 +86,8 @@ def listed(folder: Path, end: str = "") -> list[str]:
     except FileNotFoundError:
         return []
     except OSError as error:
-        raise StorageFailed(f"cannot be read ({error.strerror or error})", where=str(folder),
-                            next_step="Make it a folder that you may read") from error
+        raise ReadFailed(f"cannot be read ({error.strerror or error})", where=str(folder),
+                         next_step="Make it a folder that you may read") from error
 
 
 def remove(path: Path) -> None:

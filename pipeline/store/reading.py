@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
+from stat import S_ISREG
 
 import polars as pl
 
 from pitchlore.pipeline.base.digests import digest, digest_of_file
-from pitchlore.pipeline.base.errors import CorruptFile, NotFound
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound, not_readable
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.meter import count_read
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
@@ -26,7 +27,19 @@ def remedy_for(receipt: Receipt) -> str:
 
 
 class Reading(Files):
-    """A folder whose files are checked against their receipt or manifest when they are read."""
+    """A folder whose files are checked against their receipt or manifest when they are read.
+
+    Attributes:
+        leave_out: receives the error of each damaged file that an answer goes on without; None: it is raised.
+    """
+
+    leave_out: Callable[[CorruptFile], None] | None = None
+
+    def go_on_without(self, error: CorruptFile) -> None:
+        """Leave a damaged file out of an answer, or raise its error: no answer is smaller without a word."""
+        if self.leave_out is None:
+            raise error
+        self.leave_out(error)
 
     def version_folder(self, noun: str, version: int) -> Path:
         """The folder of a version's files."""
@@ -49,7 +62,7 @@ class Reading(Files):
         Raises:
             NotFound: if the receipt has no such file.
             CorruptFile: if it is gone or its bytes are others.
-            StorageFailed: if it is in a bucket that cannot be reached.
+            StorageFailed: if the system refuses to read it, or if it is in a bucket that cannot be reached.
         """
         what, remedy = f"{receipt.noun} {receipt.name}", remedy_for(receipt)
         if isinstance(receipt, Manifest):
@@ -65,8 +78,7 @@ class Reading(Files):
         try:
             data = path.read_bytes()
         except OSError as error:
-            raise CorruptFile(f"cannot be read ({error.strerror})", where=str(path),
-                              next_step=remedy) from error
+            raise not_readable(path, error, remedy) from error
         if digest(data) != wanted:
             raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
         count_read(len(data))
@@ -120,12 +132,19 @@ class Reading(Files):
         return all(self.whole(record, self.folder(receipt)) for record in receipt.files.values())
 
     def whole(self, record: FileRecord, folder: Path) -> bool:
-        """True if a file in a folder is there, byte for byte; in a bucket, by its size."""
+        """True if a file in a folder is there, byte for byte; in a bucket, by its size.
+
+        Raises:
+            ReadFailed: if the system refuses to read it.
+        """
         path = folder / record.path
         if self.mirror is not None:
             return self.mirror.size(path, record.sha256) == record.size
         try:
-            return (path.is_file() and path.stat().st_size == record.size
+            found = path.stat()
+            return (S_ISREG(found.st_mode) and found.st_size == record.size
                     and digest_of_file(path) == record.sha256)
-        except OSError:  # what cannot be read is not whole
-            return False
+        except OSError as error:
+            if isinstance(refused := not_readable(path, error, ""), CorruptFile):
+                return False
+            raise refused from error

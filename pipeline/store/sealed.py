@@ -12,7 +12,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from pitchlore.pipeline.base.digests import digest
-from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.base.errors import CorruptFile, not_readable
 from pitchlore.pipeline.store.receipts import Manifest
 
 M = TypeVar("M", bound=BaseModel)
@@ -51,13 +51,14 @@ def sealed(model: BaseModel) -> bytes:
 
 
 def read_model(path: str, model: type[M]) -> M | None:
-    """A model from its JSON file, checked against its own checksum; None if there is no such file.
+    """A model from its JSON file, checked against its own checksum; None if there is no such file, or link.
 
     A file that is as it was when this process read it last (by inode, size and time) is not read again.
     Earlier versions of Pitchlore wrote no checksum; such a file is not checked.
 
     Raises:
         CorruptFile: if it cannot be read as one, or is not what was written.
+        ReadFailed: if the system refuses to read it, which says nothing about what is in it.
     """
     try:
         stamp = stamp_of(path)
@@ -66,14 +67,22 @@ def read_model(path: str, model: type[M]) -> M | None:
             return known[1]
         with open(path, "rb") as file:  # noqa: PTH123 (as in stamp_of)
             data = file.read()
-    except FileNotFoundError:
-        return None
     except OSError as error:
-        raise _unreadable(Path(path), model) from error
+        if isinstance(error, FileNotFoundError) and not os.path.islink(path):  # noqa: PTH114 (as in stamp_of)
+            return None
+        raise not_readable(path, error, _remedy(Path(path), model)) from error
     read = parsed(data, Path(path), model)
     if settled(stamp) and (len(_known) < _MOST or path in _known):
         _known[path] = stamp, read
     return read
+
+
+def read_cache(path: Path, model: type[M]) -> M | None:
+    """A model that only saves time, from its JSON file; None if there is none, or it is damaged."""
+    try:
+        return read_model(str(path), model)
+    except CorruptFile:
+        return None
 
 
 def stamp_of(path: str) -> Stamp:
@@ -119,12 +128,8 @@ def parsed(data: bytes, path: Path, model: type[M]) -> M:
     try:
         return model.model_validate_json(data)
     except ValidationError as error:
-        raise _unreadable(path, model) from error
-
-
-def _unreadable(path: Path, model: type[BaseModel]) -> CorruptFile:
-    return CorruptFile(f"is not a readable {model.__name__.lower()}", where=str(path),
-                       next_step=_remedy(path, model))
+        raise CorruptFile(f"is not a readable {model.__name__.lower()}", where=str(path),
+                          next_step=_remedy(path, model)) from error
 
 
 def _remedy(path: Path, model: type[BaseModel]) -> str:

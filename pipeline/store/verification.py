@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pitchlore.pipeline.base.digests import digest
-from pitchlore.pipeline.base.errors import CorruptFile, NotFound
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound, ReadFailed
 from pitchlore.pipeline.store import Store, parts
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.mirrors import key_of
 from pitchlore.pipeline.store.outputs import RECEIPT
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
-from pitchlore.pipeline.store.sealed import REMEDY, REMEDY_OF_VERSION, parsed, read_anew, read_model
+from pitchlore.pipeline.store.sealed import REMEDY, parsed, read_anew, read_model
 
 #: Greatest size of a file that is restored, MiB: that of any.
 _WHOLE_MB = 1 << 20
@@ -24,7 +24,7 @@ _WHOLE_MB = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """A file that is not what was written.
+    """A file that is not what was written, or that nobody knows about, because the system refuses to read it.
 
     Attributes:
         path: path of the file.
@@ -33,7 +33,7 @@ class Damage:
     """
 
     path: Path
-    error: CorruptFile
+    error: CorruptFile | ReadFailed
     sha256: str | None = None
 
 
@@ -88,7 +88,12 @@ def verify_parts(store: Store, found: Verification) -> None:
         for record in part.files.values():
             found.files += 1
             found.size += record.size
-            if not store.whole(record, store.root):
+            try:
+                whole = store.whole(record, store.root)
+            except ReadFailed as error:
+                found.damages.append(Damage(store.root / record.path, error))
+                continue
+            if not whole:
                 found.damages.append(Damage(store.root / record.path, CorruptFile(
                     "is not what was written (SHA-256 differs)", where=str(store.root / record.path),
                     next_step=REMEDY)))
@@ -103,11 +108,13 @@ def restore(damage: Damage, store: Files, backup: Files) -> bool:
         backup: a copy of it. Each may be in a bucket, or have the names that files of versions have there.
 
     Returns:
-        Whether the file was restored.
+        Whether the file was restored; never one that the system refuses to read, for it may be whole.
 
     Raises:
         StorageFailed: if the disk or the bucket refuses.
     """
+    if isinstance(damage.error, ReadFailed):
+        return False
     place = damage.path.relative_to(store.root).as_posix()
     for name in dict.fromkeys((place, key_of(place, damage.sha256))):
         source = backup.root / name
@@ -156,7 +163,7 @@ def _read(
         for path in map(Path, listed(store.root / noun, RECEIPT)):
             try:
                 receipt = read_model(str(path), Receipt)
-            except CorruptFile as error:
+            except (CorruptFile, ReadFailed) as error:
                 found.damages.append(Damage(path, error))
                 continue
             if receipt is None:
@@ -169,12 +176,8 @@ def _read(
         folder = store.version_folder(noun, version)
         try:
             manifest = store.manifest(noun, version)
-        except CorruptFile as error:
+        except (CorruptFile, ReadFailed) as error:
             found.damages.append(Damage(folder / "manifest.json", error))
-            continue
-        except NotFound:
-            lost = CorruptFile("is lost", where=str(folder / "manifest.json"), next_step=REMEDY_OF_VERSION)
-            found.damages.append(Damage(folder / "manifest.json", lost))
             continue
         _count(folder / "manifest.json", found)
         known = {record.path for record in manifest.files.values()} | {"manifest.json"}
@@ -196,5 +199,5 @@ def _check(store: Store, receipt: Receipt, role: str) -> tuple[Damage | None, in
     record = receipt.files[role]
     try:
         return None, len(store.read(receipt, role, anew=True))
-    except CorruptFile as error:
+    except (CorruptFile, ReadFailed) as error:
         return Damage(store.folder(receipt) / record.path, error, record.sha256), record.size

@@ -18,7 +18,7 @@ from pitchlore.pipeline.store.mirrors import Mirror, key_of
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest
-from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
+from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_cache, read_model, sealed
 from pitchlore.pipeline.store.temporaries import temporary_beside
 from pitchlore.pipeline.store.work import Made, Work, contents
 
@@ -47,12 +47,15 @@ class Versions(Reading):
 
         Raises:
             NotFound: if there is no such version; the message lists those there are.
-            CorruptFile: if it is not readable.
+            CorruptFile: if it is damaged or lost.
         """
         path = self.version_folder(noun, version) / "manifest.json"
         manifest = read_model(str(path), Manifest)
         if manifest is None:
-            have = ", ".join(map(str, self.versions(noun))) or "none yet"
+            there = self.versions(noun)
+            if version in there:
+                raise CorruptFile("is lost", where=str(path), next_step=REMEDY_OF_VERSION)
+            have = ", ".join(map(str, there)) or "none yet"
             raise NotFound(f"{noun} has no version {version} (there are: {have})", where=self.where,
                            next_step="Name one of them, or run the stages first")
         if manifest.version != version or manifest.noun != noun:
@@ -60,28 +63,47 @@ class Versions(Reading):
                               next_step=REMEDY_OF_VERSION)
         return manifest
 
-    def unreadable_versions(self, noun: str) -> dict[str, str]:
-        """Problems of unreadable manifests, by ``version N``."""
-        found = {}
+    def tried_versions(self, noun: str) -> Iterator[tuple[int, Manifest | CorruptFile]]:
+        """The versions of a noun, ascending, each with its manifest, or with the error of a damaged one."""
         for version in self.versions(noun):
             try:
-                self.manifest(noun, version)
-            except (CorruptFile, NotFound) as error:
-                found[f"version {version}"] = str(error)
-        return found
+                yield version, self.manifest(noun, version)
+            except CorruptFile as error:
+                yield version, error
 
     def manifests(self, noun: str) -> list[Manifest]:
-        """The readable manifests of a noun, ascending; see also :meth:`unreadable_versions`."""
+        """The manifests of a noun, ascending.
+
+        Raises:
+            CorruptFile: if one is damaged, unless the store may leave it out.
+        """
         found = []
-        for version in self.versions(noun):
-            with suppress(CorruptFile, NotFound):
-                found.append(self.manifest(noun, version))
+        for _, manifest in self.tried_versions(noun):
+            if isinstance(manifest, Manifest):
+                found.append(manifest)
+            else:
+                self.go_on_without(manifest)
         return found
 
     def latest(self, noun: str) -> Manifest | None:
-        """The manifest of the newest readable version, None if there is none."""
-        manifests = self.manifests(noun)
-        return manifests[-1] if manifests else None
+        """The manifest of the newest version, None if there is none.
+
+        Raises:
+            CorruptFile: if it is damaged: an older one is not the newest. See also :meth:`newest_whole`.
+        """
+        versions = self.versions(noun)
+        return self.manifest(noun, versions[-1]) if versions else None
+
+    def whole_versions(self, noun: str) -> list[Manifest]:
+        """The manifests of a noun, ascending, but damaged ones.
+
+        Who makes something of them says what it was made without (:mod:`pipeline.engine.versions`).
+        """
+        return [found for _, found in self.tried_versions(noun) if isinstance(found, Manifest)]
+
+    def newest_whole(self, noun: str) -> Manifest | None:
+        """The newest of :meth:`whole_versions`, None if there is none."""
+        return next(reversed(self.whole_versions(noun)), None)
 
     @contextmanager
     def claim(self, noun: str) -> Iterator[int]:
@@ -175,13 +197,11 @@ class Versions(Reading):
 
     def standing(self, work: Work) -> Manifest | None:
         """The newest version, if it is of this work or was confirmed for it; else None."""
-        newest = self.latest(work.noun)
+        newest = self.newest_whole(work.noun)
         if newest is None or newest.key == work.key:
             return newest
-        with suppress(CorruptFile):
-            same = Confirmed(key=work.key, version=newest.version)
-            return newest if read_model(str(self._confirmed(work.noun)), Confirmed) == same else None
-        return None
+        same = Confirmed(key=work.key, version=newest.version)
+        return newest if read_cache(self._confirmed(work.noun), Confirmed) == same else None
 
     def _confirmed(self, noun: str) -> Path:
         return self.root / noun / "confirmed.json"

@@ -44,9 +44,9 @@ def damaged(store: Store) -> list[Vouched]:
 
 
 def _whole(store: Store, noun: str, without: Sequence[Vouched]) -> list[Receipt]:
-    """Receipts of a noun, by name, but those of damaged files."""
+    """Receipts of a noun, by name, but damaged ones and those of damaged files, which the command names."""
     names = {file.receipt.name for file in without if file.receipt.noun == noun}
-    return [receipt for receipt in store.receipts(noun) if receipt.name not in names]
+    return [found for name, found in store.tried(noun) if isinstance(found, Receipt) and name not in names]
 
 
 class Measurements(NamedTuple):

@@ -60,8 +60,7 @@ def numbers_script(
 
 def versions(store: Store) -> list[Manifest]:
     """The newest versions of the knowledge, the newest first."""
-    newest = reversed(store.versions("knowledge")[-VERSIONS:])
-    return [store.manifest("knowledge", version) for version in newest]
+    return store.manifests("knowledge")[-VERSIONS:][::-1]
 
 
 def knowledge(

@@ -74,9 +74,12 @@ def copied_teams(
 
     found = {}
     for team in (team for team in teams if team.kind == Kind.VSSS):  # teams of other leagues have none
-        manifest = imitation_of(store, team.name).latest("policies")
-        if manifest is None:
+        own = imitation_of(store, team.name)
+        own.leave_out = store.leave_out
+        versions = own.manifests("policies")
+        if not versions:
             continue
+        manifest = versions[-1]
         policy = label(manifest)
         copies = [(match, side) for match in league for side in SIDES
                   if _policy(match.inputs["matches"][0], side) == policy]

@@ -73,8 +73,7 @@ def newest_policies(store: Store, league: Sequence[LeagueMatch]) -> list[Newest]
     The pitch is that of the team's last match, or its league's usual one.
     """
     found: dict[TeamName | None, Newest] = {}
-    for version in reversed(store.versions("policies")):
-        manifest = store.manifest("policies", version)
+    for manifest in reversed(store.manifests("policies")):
         of = manifest.details.get("imitates")
         team = None if of is None else team_name(of["team"], of["kind"])
         if team not in found:

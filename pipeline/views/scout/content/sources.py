@@ -9,7 +9,8 @@ from typing import NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.digests import canonical, digest
-from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound
+from pitchlore.pipeline.engine.catalog import check_files
 from pitchlore.pipeline.engine.inputs import StoreInputs
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.tables import MatchTables, TableOf
@@ -82,9 +83,22 @@ class LeagueMatch(MatchTables):
 
 
 def played(store: Store) -> Iterator[LeagueMatch]:
-    """The matches that have run up to their events and sequences, sorted by id; others are left out."""
+    """The matches that have run up to their events and sequences, sorted by id; others are left out.
+
+    Raises:
+        CorruptFile: if a receipt or a table is damaged, unless the store may leave its match out.
+    """
+    nouns = (*_NOUNS, "sequences")
+    damaged = {file.receipt.name: file.error for file in check_files(store)
+               if file.receipt.noun in nouns and file.record.table is not None}
     for log in store.receipts("matches"):
-        made = {noun: store.receipt(noun, log.name) for noun in (*_NOUNS[1:], "sequences")}
+        try:
+            if log.name in damaged:
+                raise damaged[log.name]
+            made = {noun: store.receipt(noun, log.name) for noun in nouns[1:]}
+        except CorruptFile as error:
+            store.go_on_without(error)
+            continue
         there = {noun: (receipt,) for noun, receipt in made.items() if receipt is not None}
         extra = store.receipt(_EXTRA, log.name)
         if len(there) == len(made):
@@ -159,13 +173,15 @@ class Known(NamedTuple):
 
 
 def newest(store: Store) -> Known | None:
-    """The newest knowledge, None if there is none."""
-    manifest = store.latest("knowledge")
-    if manifest is None:
+    """The newest knowledge, None if there is none; a damaged version as for :func:`played`."""
+    versions = store.manifests("knowledge")
+    if not versions:
         return None
+    manifest = versions[-1]
     before = Behaviours.empty()
-    if manifest.parent is not None:
-        before = table_of(store, store.manifest("knowledge", manifest.parent), Behaviours)
+    for parent in versions:  # without it, where it is damaged
+        if parent.version == manifest.parent:
+            before = table_of(store, parent, Behaviours)
     return Known(manifest, table_of(store, manifest, Behaviours), before)
 
 

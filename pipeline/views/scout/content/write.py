@@ -142,7 +142,11 @@ def _folder(names: Sequence[str]) -> str:
 
 
 def write_after(store: Store, report: RunReport, mine: str = "") -> None:
-    """Write the pages after a run that has matches. If that fails, it is one more failure of the run."""
+    """Write the pages after a run that has matches. If that fails, it is one more failure of the run.
+
+    Notes of the run say which damaged files the pages are made without.
+    """
+    store.leave_out = lambda error: report.notes.append(f"The scout's pages are made without {error}")
     try:
         write_pages(store, mine=mine)
     except NotFound:
