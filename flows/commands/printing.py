@@ -17,10 +17,9 @@ from rich.text import Text
 
 from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.face.versions import Knowledge, Policy
-from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
-from pitchlore.pipeline.views.scout.words import of_behaviour
+from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
 from pitchlore.schemas import note_on
 from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
@@ -132,7 +131,7 @@ def in_words(behaviour: str) -> str:
 
 def spelt(codes: str) -> pl.Expr:
     """The meaning of a behaviour's codes, for people: column ``reads``."""
-    names = {code: name.removeprefix("Robot ") for code, (name, _) in TABLE_1.items()}
+    names = {code: name.removeprefix("Robot ") for code, name in NAMES.items()}
     return pl.col(codes).list.eval(
         pl.element().replace_strict(names, return_dtype=pl.String)
     ).list.join(", ").alias("reads")
