@@ -60,6 +60,9 @@ def test_numbers_of_both(store, league):
     found = facts_of(compare.numbers_script(league, [match.home, match.away], lines, compare.versions(store)))
     first = next(it for it in found["matches"] if it["id"] == match.name)
     assert first["numbers"] == [json.loads(json.dumps(own[side]._asdict())) for side in SIDES]
+    two = [it for it in found["sets"] if it["team"] == found["teams"][0]["slug"]]
+    assert {it["says"].rpartition(", ")[2] for it in two} >= {f"against {match.away.name}"}
+    assert all(len(it["matches"]) == 1 and it["numbers"]["shots"][3] == 1 for it in two)
     home = found["teams"][0]
     assert (home["name"], home["matches"]) == ("blue", 2)
     mean, low, high, n = home["numbers"]["shots"]
@@ -129,6 +132,8 @@ def test_compares(pages, page):
     cells = matches.locator("tbody tr").first.locator("td").all_inner_texts()
     assert cells[:2] == cells[2:4], "a match is like itself"
     assert cells[4:] == ["0", "0"], "and differs by nothing"
+    sets = page.locator("#sets .found tbody tr")
+    assert sets.first.locator("td").all_inner_texts()[:2] == ["1", "1"]
     page.reload()
     assert page.locator("#matches [data-side='0']").input_value() == ids[1]
     assert page.title() != "taken"

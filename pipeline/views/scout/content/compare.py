@@ -18,6 +18,7 @@ from pitchlore.pipeline.views.scout.content.sources import (
     TeamName,
     against_itself,
     matches_in_words,
+    sides_played,
 )
 from pitchlore.pipeline.views.scout.content.teams import over
 from pitchlore.pipeline.views.scout.words import NAMES, short
@@ -26,6 +27,8 @@ from pitchlore.schemas.behaviours import for_people
 
 #: Versions of the knowledge that can be compared: the newest.
 VERSIONS = 4
+#: Sets of a team's matches that can be compared.
+SETS = 40
 
 
 def numbers_script(
@@ -53,9 +56,37 @@ def numbers_script(
             "counted": matches_in_words(len(own), against_itself(team, own)),
             "numbers": over(team, own, lines)[0],
         } for team in teams],
+        "sets": [{
+            "says": f"{team.name} ({team.kind}), {says}", "team": team.slug,
+            "matches": [it.name for it in own], "numbers": over(team, own, lines)[0],
+        } for team in teams for says, own in sets_of(team, league, lines)],
         "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}
                      for manifest in versions],
     })
+
+
+def sets_of(
+    team: TeamName, league: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
+) -> list[tuple[str, list[LeagueMatch]]]:
+    """Sets of a team's matches with their names: by adversary, by date, and with and without each robot.
+
+    None is empty or has all matches; of many the first :data:`SETS`.
+    """
+    own = [match for match in league if team in (match.home, match.away)]
+    robots = {match.name: {int(robot) for side in sides_played(team, match)
+                           for robot in lines[match.name].get("robots", {}).get(side, ())} for match in own}
+    dates = {match.name: lines[match.name].get("date", "") for match in own}
+    others = sorted({side.name for match in own for side in (match.home, match.away)} - {team.name})
+    found = [(f"against {name}", [match for match in own if name in (match.home.name, match.away.name)])
+             for name in others]
+    for date in sorted(set(dates.values()) - {""}):
+        found += [(f"before {date}", [match for match in own if "" < dates[match.name] < date]),
+                  (f"from {date} on", [match for match in own if dates[match.name] >= date])]
+    for robot in sorted(set().union(*robots.values())):
+        found += [(f"{word} robot {robot}",
+                   [match for match in own if (robot in robots[match.name]) is there])
+                  for word, there in (("with", True), ("without", False))]
+    return [(says, some) for says, some in found if 0 < len(some) < len(own)][:SETS]
 
 
 def versions(store: Store) -> list[Manifest]:

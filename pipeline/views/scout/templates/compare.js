@@ -211,6 +211,19 @@ function twoTeams(...slugs) {
   return found;
 }
 
+/** Two sets of matches, each of one team; with intervals of the differences where they share no match. */
+function twoSets(...places) {
+  const both = places.map((place) => league.sets[Number(place)]);
+  const independent = !both[0].matches.some((match) => both[1].matches.includes(match));
+  const rows = league.measures.map(([label, key, share]) => [
+    share ? label : `${label}, each 10 minutes`, ...both.map(({ numbers }) => interval(numbers[key], share)),
+    apart(...both.map(({ numbers }) => numbers[key]), share, independent)]);
+  return [table(["", ...both.map(({ says }) => says), "second less first"], [
+    ["matches", ...both.map(({ matches }) => matches.length), ""], ...rows]), paragraph(independent
+    ? "★ the 95 % interval of the difference leaves out 0. Differences of shares are in percentage points."
+    : "The two have matches in common, so no interval of the difference is given.")];
+}
+
 /** A behaviour's id in words. */
 function inWords(id) {
   const [role, ...codes] = id.split("-");
@@ -355,6 +368,9 @@ addEventListener("DOMContentLoaded", () => {
   pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches,
     firstPair(league.matches, (one, other) => teamsOf(one) === teamsOf(other))?.[0].id, (id) => partner(league.matches, (it) => it.id === id,
       (one, other) => teamsOf(one) === teamsOf(other))?.id);
+  const sets = league.sets.map(({ says, team }, place) => ({ says, team, place: String(place) }));
+  pair("sets", sets.map(({ says, place }) => [place, says]), asked("sets"), twoSets, sets[0]?.place,
+    (place) => sets.find((it) => it.place !== place && it.team === sets[Number(place)].team)?.place);
   const follow = behaviours(asked("behaviours"));
   let own = Boolean(asked("behaviours")); // an address of behaviours holds until teams are chosen
   pair("teams", league.teams.map(({ name: team, kind, slug }) => [slug, `${team} (${kind})`]), asked("teams"), twoTeams,
