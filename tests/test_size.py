@@ -67,6 +67,8 @@ the processes of a run, took 29; 88 of options.
 
 What cannot be read is not absent: 145. What is damaged is told from what the system refuses, answers go on without it
 and say so, versions list what they lack, a receipt comes back from its log; three ways to read a cache became one.
+
+That a push is no kick where another may have kicked took 2.
 """
 
 from conftest import ROOT

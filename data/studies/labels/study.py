@@ -2,7 +2,8 @@
 
 ``study.py [RECORDINGS]`` (``make study-labels``, half a minute) writes answers.csv, agreement.csv, codes.csv,
 kicks.csv and shares.csv beside moments.csv and the labels. ``study.py sheets FOLDER [RECORDINGS]`` draws the
-pictures for a new labeller: sheets/NNN.png, one a moment, and dials/NNN.png. RECORDINGS is the folder of the
+pictures for a new labeller: sheets/NNN.png, one a moment, and dials/NNN.png. ``study.py kicks LOG…`` prints
+how 2D logs agree with their servers' counts. RECORDINGS is the folder of the
 recordings that are not part of the project; rows about one that is absent are kept.
 """
 
@@ -14,7 +15,7 @@ from pathlib import Path
 import polars as pl
 from harness import ALL, RECORDINGS
 from labels import agreement, kicks, shares
-from labels.moments import Recording, recordings
+from labels.moments import Recording, recording, recordings
 from labels.sheets import pictures
 
 from pitchlore.pipeline.settings import EventSettings, SituationSettings
@@ -71,6 +72,12 @@ def _write_now(path: Path, tables: dict[str, pl.DataFrame]) -> None:
 
 def main(words: list[str]) -> None:
     """Do as the command line says."""
+    if words[:1] == ["kicks"]:
+        for path in map(Path, words[1:]):
+            film = recording(path)
+            found = recognise(film.table, film.pitch, SituationSettings())
+            print(path.name, kicks.judged(found, film), sep="\n", flush=True)
+        return
     here, draws = Path(__file__).parent, words[:1] == ["sheets"]
     out, *rest = map(Path, words[1:] if draws else [str(here), *words])
     recorded = recordings(rest[0] if rest else RECORDINGS)

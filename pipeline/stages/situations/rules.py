@@ -139,6 +139,8 @@ MACROS: dict[str, str] = {
     "opponent_touching": "opponent_ball_distance is CONTACT",
     "teammate_touching": "teammate_ball_distance is CONTACT",
     "nobody_else_touching": "not opponent_touching and not teammate_touching",
+    "nobody_else_near": "not opponent_ball_distance is (CONTACT or CLOSE or NEAR)"
+    " and not teammate_ball_distance is (CONTACT or CLOSE or NEAR)",
 }
 
 _O, _L, _W = Start.ONSET, Start.LATEST, Start.WHILE
@@ -196,7 +198,7 @@ RULES: tuple[Rule, ...] = (
         _W, _BALL, 1.0, lasts="SHORT",
     ),
     Rule(
-        21, "push", "has_ball and moving",
+        21, "push", "has_ball and moving and (ball_distance is BODY or nobody_else_near)",
         "not touching and ball_goes_off and ball_speed_over_robot is (FASTER or MUCH_FASTER)"
         " and course_off_ball_course is PARALLEL",
         _L, _BALL, 0.40,
