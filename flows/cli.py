@@ -14,6 +14,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from pitchlore.flows import left_out
+from pitchlore.flows.surroundings import check_surroundings, speak_utf8
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line, not_readable
 from pitchlore.pipeline.base.software import __version__
 from pitchlore.pipeline.engine.child import collect_rarely, hold_threads, hush, library_threads
@@ -284,6 +285,7 @@ def script() -> None:
 
     Some are Prefect's. If such a thread is in compiled code when Python unwinds it, the process aborts.
     """
+    speak_utf8()
     collect_rarely()
     code = 1
 
@@ -305,6 +307,10 @@ def main(arguments: list[str] | None = None) -> None:
     """Run a command, and exit: 0 on success, 3 if damaged files were left out, else 1 and a line."""
     words = sys.argv[1:] if arguments is None else arguments
     _open_streams()
+    try:
+        check_surroundings(words)
+    except PitchloreError as error:
+        _fail(str(error))
     hold_threads(library_threads(words))
     os.environ["PYTHONSAFEPATH"] = "1"  # processes of ours load no modules of the working directory
     left_out.begin()
@@ -356,6 +362,11 @@ def _unforeseen(error: Exception) -> str:
         return f"standard output: cannot be written ({error.strerror}). Free space or name another."
     if isinstance(error, OSError) and error.filename is not None and error.errno is not None:
         return str(not_readable(os.fsdecode(error.filename), error, "Look what is there, then call it again"))
+    if isinstance(error, UnicodeEncodeError):
+        return (f"standard output: its encoding {error.encoding} has no {error.object[error.start]!a}. "
+                "Set PYTHONIOENCODING=utf-8, or ask with --json.")
+    if isinstance(error, BlockingIOError) or "can't start new thread" in str(error):
+        return f"no more processes or threads may be started ({in_one_line(error)}). Allow more: ulimit -u."
     if isinstance(error, OverflowError | MemoryError):
         return f"a number is too large, or memory too small ({in_one_line(error)}). Give smaller numbers."
     if type(error).__name__ == "SettingsError":

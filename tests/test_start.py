@@ -101,7 +101,7 @@ def dangling(folder):
 
 @pytest.mark.parametrize(("path", "said"), [
     (lambda folder: folder / "a?mode=memory", "has a ? in its path, after which databases read options"),
-    (lambda folder: folder / os.fsdecode(b"bad\xff"), "has a path that is not UTF-8"),
+    (lambda folder: folder / os.fsdecode(b"bad\xff"), "is not UTF-8"),
     (lambda folder: folder / ("x" * 300), "cannot be used (File name too long)"),
     (dangling, "is not a folder"),
     (ring, "cannot be used ("),

@@ -7,6 +7,7 @@ taken where it is there.
 from __future__ import annotations
 
 import ctypes
+import math
 import multiprocessing
 import os
 import signal
@@ -194,6 +195,14 @@ def limit_memory(most: int) -> None:
     if _POSIX:
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def limit_of(what: str) -> float:
+    """The most that this process may have of ``AS`` (address space, bytes) or ``NPROC`` (processes)."""
+    if not _POSIX:
+        return math.inf
+    most, _ = resource.getrlimit(getattr(resource, f"RLIMIT_{what}"))
+    return math.inf if most == resource.RLIM_INFINITY else most
 
 
 def give_back() -> None:
