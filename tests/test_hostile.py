@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import re
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import redirect_stdout
@@ -207,6 +208,43 @@ def test_reader_brought_down(tmp_path):
     store = Store(tmp_path / "data")
     file.write_bytes(DERBY)
     assert take_in(store, Recording(file=file), ImportSettings(isolate=True))[1]
+
+
+#: Python that runs first in each process: a parser that faults on what is named bad, as compiled code of a library may.
+FAULT = """
+import ctypes, importlib.util, sys
+
+class Faulty:
+    def find_spec(self, name, path=None, target=None):
+        if name != "pitchlore.pipeline.importers.readers":
+            return None
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(name)
+        load = spec.loader.exec_module
+        def loaded(module):
+            load(module)
+            read = module.read
+            module.read = lambda source, *more: ctypes.string_at(0) if source.name.startswith("bad") else read(source, *more)
+        spec.loader.exec_module = loaded
+        return spec
+
+sys.meta_path.insert(0, Faulty())
+"""
+
+
+def test_a_fault_of_a_parser(tmp_path):
+    """A parser of any format that faults takes its own recording with it; the next one is imported."""
+    (tmp_path / "sitecustomize.py").write_text(FAULT)
+    firsts = {name.partition("/")[0]: name for name in sorted(FILES, reverse=True)}
+    bad = []
+    for kind, name in firsts.items():
+        bad.append(tmp_path / f"bad-{kind}{Path(name).suffix}")
+        bad[-1].write_bytes(FILES[name]())
+    (tmp_path / "good.csv").write_bytes(DERBY)
+    command = pitchlore("import", "--isolate", *bad, tmp_path / "good.csv", "--data", tmp_path / "data")
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), *sys.path[1:]))})
+    assert (done.returncode, "1 imported, 0 already here" in done.stdout) == (1, True), done.stdout + done.stderr
+    assert done.stdout.count("brings its reader down (exit code -11)") == len(bad) >= 5
 
 
 def test_nobody_waits_for_a_reader(tmp_path, monkeypatch):
