@@ -166,7 +166,17 @@ function filters() {
   words.addEventListener("input", show);
   least?.addEventListener("input", show);
   is?.addEventListener("input", show);
+  const linked = () => { // what a link leads to is shown, however seldom it was seen
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const item = target && items.find((each) => each.contains(target));
+    if (!least || !item || Number(item.dataset[least.dataset.least]) >= Number(least.value)) return;
+    least.value = item.dataset[least.dataset.least];
+    show();
+    target.scrollIntoView();
+  };
+  addEventListener("hashchange", linked);
   show();
+  linked();
 }
 
 /**
