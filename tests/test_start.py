@@ -120,7 +120,8 @@ def test_unfit_data_folder(call, tmp_path, path, said):
 @pytest.mark.parametrize("words", [
     ("record", "--robots", "100000000"), ("record", "--minutes", "1e300"), ("record", "--seed", str(1 << 63)),
     ("evaluate", "--matches", str(10**12)), ("evaluate", "--on", "processes:10000"), ("evaluate", "--seed", str(1 << 63)),
-    ("season", "--on", "everywhere"), ("replay", "x", "-o", ""), ("forget", ""), ("serve", "--cron", "* * * * * *"),
+    ("season", "--games", str(10**9)), ("paradigms", "--runs", str(10**9)), ("season", "--on", "everywhere"),
+    ("replay", "x", "-o", ""), ("forget", ""), ("serve", "--cron", "* * * * * *"),
 ], ids=" ".join)
 def test_unfit_numbers_and_names(call, finished, words):
     """A number that is too large, or an empty name, is one line of error, and nothing is done."""

@@ -10,10 +10,11 @@ from typing import Annotated, Literal
 
 import polars as pl
 from cyclopts import Parameter
-from cyclopts.types import NonNegativeInt, PositiveInt
+from cyclopts.types import NonNegativeInt
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
+from pitchlore.flows.commands.playing import Many
 from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
 from pitchlore.flows.paradigms import play_paradigms
 from pitchlore.pipeline.engine.outputs import need, table_of
@@ -49,7 +50,7 @@ POINTS: dict[FigureName, FigureNumber] = {"4": 4, "5": 5, "6": 6, "7": 6}
 def paradigms(
     *,
     figure: Annotated[tuple[FigureName, ...], Parameter(negative=(), show_default=False)] = (),
-    runs: PositiveInt | None = None,
+    runs: Many | None = None,
     quick: Flag = False,
     sensitivity: Flag = False,
     comparison: Flag = False,

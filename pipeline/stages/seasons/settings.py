@@ -54,7 +54,7 @@ class SeasonSettings(MatchSettings):
         pipeline: settings of all stages; the learner is "sarsa" unless they say so.
     """
 
-    games: int = Field(default=35, ge=1)
+    games: int = Field(default=35, ge=1, le=1_000_000)
     opponents: Annotated[tuple[str, ...], AfterValidator(none_twice)] = Field(
         default=("static",), min_length=1)
     lead: int = Field(default=0, ge=0)
