@@ -340,6 +340,6 @@ def test_broken_receipt(tmp_path, call):
     assert write_report(store)[0].key != first.key
     (tmp_path / "seasons" / "paper-static-s2.receipt.json").write_text("{")
     code, out, err = call("report", "--json", "--data", tmp_path)
-    assert code == 0
-    assert "season paper-static-s2 is left out" in err
+    assert code == 3
+    assert "paper-static-s2.receipt.json: is not a readable receipt" in err
     assert [row["seasons"] for row in json.loads(out)["played"]] == [1]
