@@ -135,7 +135,8 @@ def test_the_makefile_names_every_study():
     pages = (ROOT / "Makefile", ROOT / "docs" / "explanation" / "scale.md")
     called = {path for page in pages for path in re.findall(r"/python data/studies/(\S+\.py)", page.read_text())}
     runs = {str(path.relative_to(STUDIES)) for path in STUDIES.rglob("*.py") if '__name__ == "__main__"' in path.read_text()}
-    assert called | {"peers/offline.py", "peers/online.py"} == runs, "peers/study.py calls these two"
+    steps = re.findall(r'Step\("(\S+\.py)"', (STUDIES / "from_recordings" / "everything.py").read_text())
+    assert called | {"peers/offline.py", "peers/online.py", *steps} == runs, "peers/study.py calls these two"
 
 
 def imported(path, names):
