@@ -193,7 +193,8 @@ def test_other_training(copied):
     learned = ("version", "q")
     assert tables[0].drop(learned).equals(tables[1].drop(learned)), "visits count each match once"
     assert not tables[0]["q"].equals(tables[1]["q"])
-    occasions = store.read_table(store.latest("knowledge"), "occasions", Occasions)
+    known = store.latest("knowledge")
+    occasions = store.read_table(known, "occasions", Occasions).filter(**store.manifest("policies", 3).details["imitates"])
     pairs = ["role", "key", "state", "behaviour_id"]
     assert tables[0].height == occasions.height == tables[0].join(occasions, on=pairs).height
 

@@ -276,7 +276,7 @@ class TestAddingUp:
         known, _ = version(store, second)
         assert_frame_equal(known, both)
         decided = table(store, "decisions", PLAYED, "decisions", Decisions), table(store, "sides", PLAYED, "sides", Sides)
-        later = occasions([decided], Team("both", "vsss"), 2, ADDS_UP, known["behaviour_id"])
+        later = occasions([decided], Team("both", "vsss"), 2, ADDS_UP, known.filter("kept")["behaviour_id"])
         assert_frame_equal(version(store, second)[1], merge_occasions([seen, later], 2, ADDS_UP))
         assert "striker-099-099-099" not in later["behaviour_id"].to_list(), "no version of ours knows it"
         by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")

@@ -17,6 +17,7 @@ from support.processes import alive, eventually
 from threadpoolctl import threadpool_info
 
 from pitchlore.pipeline.base.errors import StorageFailed, WorkerLost
+from pitchlore.pipeline.engine import child
 from pitchlore.pipeline.engine.placement import processes
 from pitchlore.pipeline.engine.placement.processes import Processes, WhenWorthwhile
 
@@ -119,7 +120,10 @@ def test_libraries_have_the_threads_of_the_place(tmp_path, place, expected):
     assert done.stdout.splitlines()[-1] == expected
 
 
-def test_a_process_takes_one_core():
+def test_a_process_takes_one_core(monkeypatch):
+    """Libraries have one thread in each process, if nobody said otherwise."""
+    for name in child._THREADS:  # a command that was called here has set them
+        monkeypatch.delenv(name, raising=False)
     with Processes(2) as workers:
         assert workers.run(threads) == (1, 1)
 

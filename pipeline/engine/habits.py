@@ -224,7 +224,7 @@ def _of_newest(
     others = ((match, piece(match)) for match in order[1:fitting])
     found = dict(spread(workers, _clues, others, fitting - 1, task="clues"))
     clues |= {match: found[match] for match in order[1:fitting]}
-    every = -(-windows // at_most) if len(clues) == 1 else 1  # a single match may have too many
+    every = max(-(-windows // at_most), 1) if len(clues) == 1 else 1  # a single match may have too many
     taken = (each.gather_every(every) for each in reversed(clues.values()))
     learned = pl.concat([Clues.empty(), *taken]).drop_nulls("role")
     return learned, {"window_s": settings.window_s, "windows": learned.height, "matches": len(clues),
