@@ -26,10 +26,12 @@ from collections.abc import Iterator
 from contextlib import chdir, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from conftest import RECORDINGS, ROOT, SAMPLE
+
+from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, Settings
 
 #: Folders that pages show outputs of: files that are copied there, and the commands that come first.
 FOLDERS = {
@@ -163,6 +165,12 @@ def picked(lines: list[str], picks: str) -> list[str]:
     return out + ["…"] * (at < len(lines))
 
 
+def _few_trees(**named: Any) -> Settings:
+    """Settings of the demo whose copies are quickly fitted: pages show the recording, not what the copies play."""
+    quick = HabitSettings(rounds=1, trees=5, windows_at_most=1000)
+    return Settings(**{"knowledge": KnowledgeSettings(habits=quick), **named})
+
+
 @dataclass
 class Folder:
     """A folder in which commands are run, each once."""
@@ -178,8 +186,9 @@ class Folder:
             (root / target).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, root / target)
         made = cls(root)
-        for words in commands("console", "\n".join(before)):
-            made.run(words)
+        with patch.multiple("pitchlore.flows.commands.demo", _MINUTES=1.0, Settings=_few_trees):
+            for words in commands("console", "\n".join(before)):
+                made.run(words)
         return made
 
     def run(self, words: tuple[str, ...]) -> list[str]:
