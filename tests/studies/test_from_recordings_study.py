@@ -33,9 +33,9 @@ def test_tables(tmp_path, monkeypatch):
     small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=20.0)
     table = study.main(small, tmp_path, teams=("best-constant",))
     assert table["team"].to_list() == [
-        "copy, knowledge emptied", "itself", "copy", "copy, noisy camera", "recognised codes, Sarsa", "behaviours of options, Sarsa", "behaviours of options, usual kept, Sarsa", "copy, clues shuffled",
+        "copy, knowledge emptied", "itself", "copy", "run by default", "copy, noisy camera", "recognised codes, Sarsa", "behaviours of options, Sarsa", "behaviours of options, usual kept, Sarsa", "copy, clues shuffled",
         "copy, options known", "copy, options known, and V", "wheel clone"]
-    assert table["recordings"].to_list() == [0, 0, *[2] * 9]
+    assert table["recordings"].to_list() == [0, 0, *[2] * 10]
     assert table["matches"].unique().to_list() == [4]
     assert study.main(small, tmp_path, teams=("best-constant",)).equals(table)
     monkeypatch.setattr(sets, "workers", study.workers)

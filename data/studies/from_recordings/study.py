@@ -176,6 +176,9 @@ class Study(NamedTuple):
         """Kind, recordings, data folder and word of each team that is learned from a demonstrator."""
         for count in self.recorded:
             yield "copy", count, *self.copy(team, count)
+        files = [path for _, path in self.recordings(team, False)[:self.recorded[0]]]
+        usual = Settings(knowledge=KnowledgeSettings(imitate=NAME))
+        yield "run by default", self.recorded[0], *self.run(team, f"default-{self.recorded[0]}", files, usual)
         yield "copy, noisy camera", self.recorded[-1], *self.copy(team, noisy=True)
         for count in sorted({self.recorded[0], self.recorded[-1]}):
             files = [path for _, path in self.recordings(team, False)[:count]]
