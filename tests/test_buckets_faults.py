@@ -92,6 +92,16 @@ def test_nobody_answers(machine, monkeypatch, call):
     assert "its address is plain http, which AWS_ALLOW_HTTP forbids" in call("run", "--data", "s3://league/other")[2]
 
 
+@pytest.mark.parametrize("address", ["http://me:secret@[bad", "me:secret", "http://me:secret@h:99999", "https://me:secret @h", "ftp://secret"])
+def test_bad_address(machine, monkeypatch, call, address):
+    """An address in the environment that is none is one line, which does not repeat it; the library panics at it."""
+    machine("s3://league/somewhere")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", address)
+    buckets._opened.cache_clear()
+    code, out, err = call("runs", "--data", "s3://league/address")
+    assert (code, out, err) == (1, "", "pitchlore: AWS_ENDPOINT_URL: is no address. Set it to https://HOST or https://HOST:PORT.\n")
+
+
 @pytest.mark.parametrize("url", ["s3://key:secret@league/x", "s3://league/x?secret=1", "s3:///", "https://league/x",
                                  "s3://league/../x", "gs://league//x#y"])
 def test_bad_url(call, url):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pitchlore.pipeline.base.errors import StorageFailed
-from pitchlore.pipeline.store import Store, temporaries
+from pitchlore.pipeline.store import Store, parts, temporaries
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.sealed import read_model, sealed
 from pitchlore.pipeline.store.temporaries import machine, temporary_beside
@@ -49,6 +49,21 @@ def test_old_temporaries_of_other_machines(tmp_path):
         os.utime(path, (time.time() - age,) * 2)
     assert Store(tmp_path).sweep() == 1
     assert [path.name.split(".")[1] for path in tmp_path.iterdir()] == ["young"]
+
+
+@pytest.mark.parametrize(("words", "where"), [
+    (("prune",), "data/situations"), (("verify", "--restore-from", "data"), "data/knowledge"), (("scout", "-o", "pages"), "pages"),
+    (("export", "early", "--to", "csv", "-o", "out"), "out"), (("export", "--to", "lerobot", "-o", "sets/x"), "sets"),
+    (("forget", "late"), "data/closed")])
+def test_half_files_of_the_dead_go(copied, call, tmp_path, monkeypatch, words, where):
+    """The next command of a kind removes what a kill of one has left, also outside the data folder."""
+    monkeypatch.chdir(tmp_path)
+    (copied / "catalog.duckdb").unlink()
+    monkeypatch.setattr(parts, "MATCHES", 2)
+    dead = f"{machine()}.{NOBODY}-0a"
+    left(tmp_path, f"{where}/.a.{dead}.tmp", f"{where}/.b.{dead}.staging", f"{where}/.c.{machine()}.{os.getpid()}-0a.tmp")
+    assert call(*words, "--data", copied)[0] == 0
+    assert [path.name[:3] for path in (tmp_path / where).iterdir() if path.suffix in (".tmp", ".staging")] == [".c."]
 
 
 def test_machine(monkeypatch):

@@ -141,7 +141,7 @@ def _cell(value: object) -> str:
     if value is None:
         return ""
     if isinstance(value, float):
-        return f"{value:.4g}" if abs(value) < 10_000 or not math.isfinite(value) else f"{value:.0f}"
+        return f"{value:.4g}" if abs(value) < 9_999.5 or not math.isfinite(value) else f"{value:.0f}"
     return printable(str(value)) if isinstance(value, (str, list)) else str(value)
 
 

@@ -12,7 +12,7 @@ from pitchlore.pipeline.engine.stages import STAGES
 
 
 def prune(*, common: Common = DEFAULTS) -> None:
-    """Remove superseded files: those that no receipt names any more.
+    """Remove superseded files: those that no receipt names any more, and those that a kill left half-written.
 
     Args:
         common: Options of every command.
@@ -20,7 +20,9 @@ def prune(*, common: Common = DEFAULTS) -> None:
     store = common.existing
     with suppress(StorageFailed):  # what is removed may make room
         renew(store)
+    swept = store.sweep()
     left = [path for noun in STAGES.receipted for path in store.prune(noun)]
     left += store.prune_versions()
-    console().print(f"{len(left)} superseded files removed")
+    temporary = f", {swept} temporary ones of commands that were killed" if swept else ""
+    console().print(f"{len(left)} superseded files removed{temporary}")
     renew(store)

@@ -40,6 +40,8 @@ def _conclude(
     """Check, restore, print what was found, and exit with 1 if a problem is left."""
     store = common.existing
     backup = None if restore_from is None else backup_at(restore_from)
+    if backup is not None:
+        store.sweep()  # half files of one who was killed while he restored
     begun = time.perf_counter()
     found = check(store)
     seconds = time.perf_counter() - begun

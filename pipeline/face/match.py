@@ -14,6 +14,7 @@ from pitchlore.pipeline.engine.inputs import Inputs
 from pitchlore.pipeline.engine.tables import MatchTables, TableOf
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import named_path
+from pitchlore.pipeline.store.temporaries import sweep
 from pitchlore.schemas import SIDES, note_on
 
 if TYPE_CHECKING:
@@ -200,6 +201,7 @@ class Match(MatchTables):
         else:
             target = Path(name) if path is None else named_path(path)
             Files(target.parent).write_bytes(target, data)
+        sweep(target.parent, 1)
         return target
 
     def __repr__(self) -> str:

@@ -15,6 +15,7 @@ from datetime import timedelta
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from urllib.parse import urlsplit
 
 from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import BadSettings, BucketFailed
@@ -264,6 +265,8 @@ def _opened(url: str) -> ObjectStore:
                           next_step="Install the extra pitchlore[bucket]") from None
     if url.startswith("memory:"):
         return from_url("memory:///")
+    for name in filter(os.environ.get, _ENDPOINTS):
+        _check_address(name)
     said = [os.environ[name].lower() for name in _ALLOW if os.environ.get(name)]
     named = any(os.environ.get(name, "").startswith("http://") for name in _ENDPOINTS)
     plain = "true" in said or (named and not said)  # as the tools of these providers take it
@@ -283,3 +286,20 @@ def _opened(url: str) -> ObjectStore:
         reason = type(error).__name__
     raise BadSettings(f"the environment does not say how to reach it ({reason})", where=url,
                       next_step="Set its provider's variables, as AWS_REGION or AZURE_STORAGE_ACCOUNT_NAME")
+
+
+def _check_address(name: str) -> None:
+    """Refuse an address that is none: the library would panic. It is not shown, for it may hold a password.
+
+    Raises:
+        BadSettings: if a variable of the environment holds no address.
+    """
+    try:
+        said = os.environ[name]
+        found = urlsplit(said)
+        fits = said.isascii() and said.isprintable() and " " not in said and found.port != 0
+        fits = fits and found.scheme in ("http", "https") and bool(found.hostname)
+    except ValueError:
+        fits = False
+    if not fits:
+        raise BadSettings("is no address", where=name, next_step="Set it to https://HOST or https://HOST:PORT")

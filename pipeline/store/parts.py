@@ -25,6 +25,7 @@ from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import FileRecord, Receipt
 from pitchlore.pipeline.store.sealed import read_model, sealed
 from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, written_as
+from pitchlore.pipeline.store.temporaries import sweep
 from pitchlore.schemas import PUBLIC, Choices, Sequences, Table
 
 #: Matches of a part. A question opens a file for each part, and one for each match that is in none.
@@ -159,6 +160,7 @@ def read_joined(
 
 def remove_unnamed(store: Reading, standing: Iterable[ClosedPart]) -> None:
     """Remove the files of parts that somebody was closing when he was killed."""
+    sweep(store.root / FOLDER)
     named = {record.path for part in standing for record in part.files.values()}
     for path in listed(store.root / FOLDER, ".parquet"):
         if not path.rpartition("/")[2].startswith(".") and f"{FOLDER}/{path.rpartition('/')[2]}" not in named:

@@ -43,13 +43,13 @@ def machine() -> str:
     return sha256("\n".join(parts).encode()).hexdigest()[:8]
 
 
-def sweep(root: Path) -> int:
-    """Remove what dead processes have left in a folder. Returns the number.
+def sweep(root: Path, depth: int = _DEPTH) -> int:
+    """Remove what dead processes have left in a folder, and in its folders to a depth. Returns the number.
 
     A temporary of another machine may be in use as long as it is young, whatever its process number is here.
     """
     swept = 0
-    for entry in _hidden(root, _DEPTH):
+    for entry in _hidden(root, depth):
         owner = _OWNER.search(entry.name)
         if owner and _is_dead(entry, owner[1] or machine(), int(owner[2])):
             if entry.is_dir(follow_symlinks=False):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import PitchloreError
-from pitchlore.pipeline.engine.catalog import forget_match, refresh
+from pitchlore.pipeline.engine.catalog import forget_match, refresh, renew
 from pitchlore.pipeline.engine.costs import Spent
 from pitchlore.pipeline.engine.games import Turn, done, take_game
 from pitchlore.pipeline.engine.making import Outcome, make
@@ -19,10 +19,12 @@ from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import bring_up_to_date
+from pitchlore.pipeline.engine.verify import backup_at, mend, verify_all
 from pitchlore.pipeline.engine.versions import emit
+from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.stages.seasons.settings import Season, parse_season
-from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store import Store, parts
 
 SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 3'
 
@@ -88,8 +90,31 @@ def season(store: Store) -> str:
     return f"game {game}"
 
 
+def scout(store: Store) -> str:
+    """Write all pages, beside the data folder's own."""
+    return str(League(store).scout().new)
+
+
+def export(store: Store) -> str:
+    """Write each match as tables and as a recording."""
+    league = League(store)
+    return str([league.match(name).export(to) for name in store.names("matches") for to in ("csv", "foxglove")])
+
+
+def restore(store: Store) -> str:
+    """Restore damaged files from the folder beside the data folder."""
+    return str(mend(verify_all(store), store, backup_at(store.root.parent / "backup")))
+
+
+def join(store: Store) -> str:
+    """Join every two matches that are complete, and make the catalogue."""
+    parts.MATCHES = 2
+    return str(renew(store))
+
+
 ACTIONS: dict[str, Callable[[Store], str]] = {
     "run": run, "import": bring_in, "forget": forget, "prune": prune, "train": train, "season": season,
+    "scout": scout, "export": export, "restore": restore, "join": join,
 }
 
 

@@ -63,7 +63,7 @@ def dying(step: int, root: Path) -> Callable[[], int]:
 
 
 #: What stages load when they are first called; the children have it from here.
-_LOADED = ("arena", *(f"stages.{name}" for name in (
+_LOADED = ("arena", "views.scout.content.write", "views.exports.formats", *(f"stages.{name}" for name in (
     "behaviours.rounds", "decisions", "goals", "sequences", "knowledge", "policies.train", "sides", "situations.recognise",
     "trajectories.derive", "values.fitting", "values.models", "values.moments", "values.worths")))
 

@@ -22,7 +22,7 @@ from pitchlore.pipeline.engine.outputs import find_match, match_names
 from pitchlore.pipeline.engine.tables import MatchTables, stored_match
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.buckets import check_local
-from pitchlore.pipeline.store.temporaries import temporary_beside
+from pitchlore.pipeline.store.temporaries import sweep, temporary_beside
 from pitchlore.pipeline.views.lerobot.episodes import Episode, episodes_of
 from pitchlore.pipeline.views.lerobot.files import NumberedFiles
 from pitchlore.pipeline.views.lerobot.layout import DatasetFacts, Feature, card, frame_features, info, tasks
@@ -101,6 +101,7 @@ def _whole(target: Path) -> Iterator[Path]:
     if target.exists():
         raise BadSettings("is there already", where=str(target),
                           next_step="Name another folder, or remove it")
+    sweep(target.parent, 1)
     staging = temporary_beside(target, "staging")
     try:
         staging.mkdir(parents=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.temporaries import sweep
 
 #: What each page was made from, by its name.
 _KEYS = ".pages.json"
@@ -78,5 +79,6 @@ class Folder:
         for name in self._before.keys() - self._now.keys() - {"facts"}:
             if _PAGE.fullmatch(name):  # nobody's list of pages may have files elsewhere removed
                 (self.path / name).unlink(missing_ok=True)
+        sweep(self.path)
         said = json.dumps(self._now | {"facts": self._facts}, separators=(",", ":"), sort_keys=True)
         self._store.write_bytes(self.path / _KEYS, said.encode())
