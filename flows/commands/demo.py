@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
-import polars as pl
 from rich.console import Console
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, UserPath
 from pitchlore.flows.commands.import_ import bring_in
 from pitchlore.flows.commands.performing import perform
-from pitchlore.flows.commands.printing import console, print_frame, print_known, spelt
+from pitchlore.flows.commands.printing import console, print_cards, print_frame, print_known
 from pitchlore.flows.commands.run import bring_up_to_date
 from pitchlore.flows.reporting import Reported
 from pitchlore.flows.reporting import report as make_report
@@ -24,7 +23,7 @@ from pitchlore.pipeline.arena.teams.constant import BEST, best_constant
 from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.imitations import PREFIX, settings_of, work_of
-from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
+from pitchlore.pipeline.engine.knowledge import imitates
 from pitchlore.pipeline.engine.progress import StageReport
 from pitchlore.pipeline.engine.record import record
 from pitchlore.pipeline.engine.recordings import Recording, with_map
@@ -36,17 +35,14 @@ from pitchlore.pipeline.settings import OptionSettings, Settings
 from pitchlore.pipeline.stages.seasons.settings import Season, named_settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.views.card import cards
 from pitchlore.pipeline.views.scout.content.write import write_pages as scouted
-from pitchlore.schemas import Behaviours
-from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
 SAMPLE = Path("data/samples/rsim-vss-3v3.parquet")
 _MINUTES = 4.0
 #: A season that is short enough to be watched: three games of a minute.
 _GAMES, _GAME_S = 3, 60.0
 _GOALS_SHOWN = 8
-#: Behaviours that are shown of those that went with better chances, and of those with worse.
-_BEHAVIOURS_SHOWN = 5
 #: The strength of the copy of three such matches, docs/decisions/options.md, "The demo's copy".
 _EXPECTED = ("in twenty other pairs of matches of eight minutes it was ahead of static by 3.7 goals a match "
              "(2.3 to 5.0), the team itself by 2.6 (1.0 to 4.2)")
@@ -73,7 +69,7 @@ def demo(*recordings: UserPath, flow: Flag = False, common: Common = DEFAULTS) -
     catalogue, _ = refresh(store)
     _scores(catalogue, played, out)
     _goals(store, played[0], out)
-    _behaviours(store, out)
+    _card(store, out)
     _question(catalogue, out)
     _paths(store, played, season, page, common, out, flow=flow)
 
@@ -150,23 +146,13 @@ def _goals(store: Store, match: str, out: Console) -> None:
         out.print(f"... and {len(goals) - _GOALS_SHOWN} more", highlight=False)
 
 
-def _behaviours(store: Store, out: Console) -> None:
+def _card(store: Store, out: Console) -> None:
     newest = store.latest("knowledge")
     assert newest is not None
     learner = imitates(newest)
     assert learner is not None
-    known = of_imitated(newest, store.read_table(newest, "behaviours", Behaviours)).filter(
-        pl.col("n") > 1, pl.col("support") >= SHOWN_FROM)
-    better = known.filter(pl.col("value") > 0)
     out.print()
-    for side, own in (("better", better), ("worse", known.filter(pl.col("value") < 0))):
-        shown = for_people(own).head(_BEHAVIOURS_SHOWN).select(
-            "role", spelt("codes").alias("what the robot does"), pl.col("support").alias("seen"),
-            "value", "low", "high",
-        )
-        print_frame(shown, title=(
-            f"Went with {side} chances of the team {learner.team!r}: the first of {own.height} behaviours "
-            "(value 1: a goal that nobody expected)"))
+    print_cards(cards(store, learner.team))
     print_known(Knowledge(store, newest))
 
 
