@@ -30,7 +30,7 @@ PITCH = Pitch(kind=Kind.VSSS, length=1.5, width=1.3, goal_width=0.4)
 def test_tables(tmp_path, monkeypatch):
     """A constant team is copied; copies and controls play static; the motion of its robots is foretold."""
     monkeypatch.setattr(study, "workers", lambda: ThreadPoolExecutor(1))
-    small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=20.0)
+    small = study.Study(tmp_path / "data", recorded=(2,), pairs=2, seconds=10.0)
     table = study.main(small, tmp_path, teams=("best-constant",))
     assert table["team"].to_list() == [
         "copy, knowledge emptied", "itself", "copy", "run by default", "copy, noisy camera", "recognised codes, Sarsa", "behaviours of options, Sarsa", "behaviours of options, usual kept, Sarsa", "copy, clues shuffled",
@@ -121,15 +121,18 @@ def test_everything(tmp_path, monkeypatch, capsys):
     assert "without pSim" in capsys.readouterr().out
 
 
-def test_gain(tmp_path, monkeypatch):
+def test_gain(tmp_path, monkeypatch, call):
     """Seasons that start as the copy, from nothing, and from shuffled habits are in the table, and what each needs."""
     (settings := tmp_path / "tiny.toml").write_text(
         'base = "looking-held"\npractice = 0\nexplore_counted = true\n[referee]\nduration_s = 10\n')
     monkeypatch.setattr(harness, "settings_file", lambda _: settings)
+    monkeypatch.setattr(harness, "command", lambda *words: ended.append(call(*words)[0]))
+    ended: list[int] = []
     small = study.Study(tmp_path / "data", recorded=(1,), pairs=1, seconds=20.0)
     table = gain.main(small, tmp_path, "tiny", seeds=(1,), controls=(1,), games=2, teacher="best-constant")
     assert table.select("starts", "seed", "game").rows() == [
         (start, 1, game) for start in ("as the copy", "from nothing", "from shuffled habits") for game in (1, 2)]
+    assert ended == [0, 0, 0]
     assert table.columns == pl.read_csv(gain.FOLDER / "gain.csv").columns
     assert (gain.needed([4, 6, 5]), gain.needed([6, 4, 5]), gain.needed([1, 2, 9]), gain.needed([1, 2])) == (0, 0, 10, None)
 
@@ -161,7 +164,7 @@ def test_wheels_are_told_from_motion(tmp_path):
 def test_rebuilt(tmp_path, monkeypatch):
     """Policies play an original and its copy, and matches are described: a row for each comparison."""
     monkeypatch.setattr(rebuilt, "workers", lambda: ThreadPoolExecutor(1))
-    small = study.Study(tmp_path / "data", recorded=(1,), seconds=20.0)
+    small = study.Study(tmp_path / "data", recorded=(1,), seconds=10.0)
     sizes = rebuilt.Rebuilt(small, ("static", "constant:044", "random"), pairs=1, described=2, minutes=0.1, halvings=2)
     tables = rebuilt.main(sizes, tmp_path, ("best-constant", "static"))
     assert tables["rebuilt-leads"].height == 2 * 3 * 3
