@@ -45,7 +45,7 @@ from pitchlore.pipeline.live.encoding import (
 )
 from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.live.remote import RemoteController, asked
-from pitchlore.pipeline.live.screening import laid_out
+from pitchlore.pipeline.live.screening import MALFORMED, laid_out
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.sessions.driving import DriveOutcome, drive_team
 from pitchlore.pipeline.sessions.simulating import STREAMS, simulate
@@ -263,6 +263,13 @@ class Simulator:
         return [all(one.left == one.right == 0 for one in commands) for _, commands in self.came]
 
 
+def malformed(port: int) -> None:
+    """Three packets that no league's program sends."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mouth:
+        for _ in range(3):
+            mouth.sendto(b"\x0a\xff", ("127.0.0.1", port))
+
+
 def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5) -> tuple[DriveOutcome, Simulator]:
     """Drive the static team against a simulator; ``during`` are times at which vision goes off or on."""
     where: dict[str, int] = {}
@@ -276,6 +283,7 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
 
     def listening(addresses: object) -> None:
         where["vision"] = int(dict(addresses)["vision"].rpartition(":")[2])  # type: ignore[call-overload]
+        malformed(where["vision"])
         Thread(target=script).start()
 
     with simulator.running():
@@ -290,6 +298,7 @@ def test_drives_and_stops(tmp_path: Path) -> None:
     still, times = simulator.still(), [at for at, _ in simulator.came]
     assert done.blind >= 1  # a busy computer sees nothing for 0.3 s more often
     assert done.file is not None
+    assert done.refused == {("vision", MALFORMED): 3}
     assert len(times) > 100
     assert not all(still[:60])
     stops = [at for at, (was, now) in zip(times[1:], pairwise(still), strict=True) if now and not was]
@@ -433,7 +442,9 @@ def test_served(tmp_path: Path) -> None:
         streams = {stream.name: stream for stream in addressed(STREAMS, None, (
             f"vision={here}", f"referee={here}", "commands=127.0.0.1:0"))}
         how = MatchSettings(referee=RefereeSettings(duration_s=1.2)).of_match()
-        done = simulate(Store(tmp_path), Recipe(**how, home=STATIC, away=REMOTE, seed=1), {}, streams)
+        done = simulate(Store(tmp_path), Recipe(**how, home=STATIC, away=REMOTE, seed=1), {}, streams,
+                        listening=lambda where: malformed(int(where.rpartition(":")[2])))
+        assert (done.commands, done.others) == (0, 3)
         came: list[bytes] = []
         with suppress(TimeoutError):
             while True:

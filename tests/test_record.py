@@ -11,6 +11,7 @@ import pytest
 from support.played import starting
 from support.processes import eventually, pitchlore
 
+from pitchlore.flows.commands import record
 from pitchlore.pipeline import matches
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
@@ -157,6 +158,16 @@ def test_interrupted_match(tmp_path):
         interrupted()
     (log,) = logs(tmp_path)
     assert len(matches.read(log.read_bytes(), where="broken off").frames) == 17
+
+
+def test_days_of_play(call, tmp_path, monkeypatch):
+    """Days of play are said before they begin."""
+    monkeypatch.setattr(record, "spread", lambda *_: iter(()))
+    for minutes, many, said in (("1000", "1000000",
+                                 ["1,000,000 matches are 694,444 days of play; Ctrl-C keeps those that are finished"]),
+                                ("8", "179", [])):
+        code, _, err = call("record", "--minutes", minutes, "--matches", many, "--data", tmp_path)
+        assert (code, [line for line in err.splitlines() if "days" in line]) == (0, said)
 
 
 def test_empty_log(tmp_path):

@@ -60,8 +60,13 @@ def drive_robots(
     ), say=say, listening=lambda addresses: say(listening_to(addresses)))
     if json:
         print_json({"file": None if done.file is None else str(done.file), "frames": done.frames,
-                    "vision_lost": done.blind, "score": done.score, "seconds": round(done.seconds, 1)})
-    elif done.file is None:
+                    "vision_lost": done.blind, "score": done.score, "seconds": round(done.seconds, 1),
+                    "refused": [{"stream": stream, "why": why, "packets": count}
+                                for (stream, why), count in sorted(done.refused.items())]})
+        sys.exit(0 if done.file is not None else 1)
+    for (stream, why), count in sorted(done.refused.items()):
+        console().print(f"Left out: {count} packets to {stream} ({why})")
+    if done.file is None:
         console().print(
             "It ended before its first frame: nothing is logged." if done.vision else
             "No vision came: is the simulator running, and does it send to this computer?")

@@ -72,6 +72,9 @@ def record_matches(
         _serve(store, recipe, policies, addressed(STREAMS, None, at), interface, json=json)
         renew(store)
         return
+    days = matches * how["referee"].duration_s / 86_400
+    if days >= 1:
+        say(f"{matches:,} matches are {days:,.0f} days of play; Ctrl-C keeps those that are finished")
     recipes = (Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
                for number in range(seed, seed + matches))
     played: dict[int, dict[str, object]] = {}  # by seed: matches of several workers end in any order
@@ -111,7 +114,8 @@ def _serve(
     if json:
         print_json(done._asdict())
     else:
+        without = f", {done.others} packets without one" if done.others else ""
         console().print(
             f"{recipe.home.name} {done.score[0]} : {done.score[1]} {recipe.away.name}, {done.frames} frames "
-            f"sent, {done.commands} commands. Kept as {done.match_id}; watch it with `pitchlore replay "
-            f"{done.match_id}`.", soft_wrap=True)
+            f"sent, {done.commands} commands{without}. Kept as {done.match_id}; watch it with `pitchlore "
+            f"replay {done.match_id}`.", soft_wrap=True)

@@ -44,6 +44,7 @@ class DriveOutcome(NamedTuple):
         score: goals of blue and of yellow; None if nobody said.
         seconds: how long.
         vision: whether vision came.
+        refused: packets that were left out, by stream and reason.
     """
 
     file: Path | None
@@ -52,6 +53,7 @@ class DriveOutcome(NamedTuple):
     score: tuple[int, int] | None
     seconds: float
     vision: bool
+    refused: Mapping[tuple[str, str], int]
 
 
 def drive_team(
@@ -83,7 +85,7 @@ def drive_team(
 
         pitch, first = _pitch(job.league, arrived, ended)
         if pitch is None:
-            return DriveOutcome(None, 0, 0, None, time.monotonic() - began, vision=False)
+            return DriveOutcome(None, 0, 0, None, time.monotonic() - began, False, screen.refused)
         name = slug(f"{job.word}-{job.protocol}-{datetime.now(UTC):%Y%m%d-%H%M%S}") + ".mcap"
         with store.growing(PLAYING, name) as (path, stream):
             driver = Driver(job, pitch, stream, path.stem)
@@ -92,11 +94,12 @@ def drive_team(
                 driver.run(arrived, send, ended, say)
             if not driver.began:
                 path.unlink()
-                return DriveOutcome(None, 0, 0, None, time.monotonic() - began, vision=True)
+                return DriveOutcome(None, 0, 0, None, time.monotonic() - began, True, screen.refused)
             driver.close()
             file = store.moved(path, INBOX)
     return DriveOutcome(
-        file, driver.frames, driver.blind, driver.referee.score, time.monotonic() - began, vision=True)
+        file, driver.frames, driver.blind, driver.referee.score, time.monotonic() - began, True,
+        screen.refused)
 
 
 @contextmanager

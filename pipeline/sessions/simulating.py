@@ -47,6 +47,7 @@ class Simulated(NamedTuple):
         score: goals of home and away.
         frames: frames that were sent.
         commands: commands to robots that came.
+        others: packets in which there was none, as malformed ones.
         late: how often the match stood still, because this computer was busy.
     """
 
@@ -54,6 +55,7 @@ class Simulated(NamedTuple):
     score: tuple[int, int]
     frames: int
     commands: int
+    others: int
     late: int
 
 
@@ -90,7 +92,7 @@ def simulate(
     begin()[0].advance()  # compiles what is compiled, which would keep others waiting
     match, remotes = begin()
     hz, sent = match.laws.hz, 0
-    commands = late = 0
+    commands = others = late = 0
     bodies = np.zeros_like(match.bodies)
     with (
         Receiver((streams["commands"],)) as receiver, Sender(interface) as sender,
@@ -112,7 +114,9 @@ def simulate(
             sent += 1
             while True:
                 for one in receiver.receive(max(0.0, due - time.monotonic())):
-                    for wheels in asked(one.packet.data):
+                    reported = asked(one.packet.data)
+                    others += not reported
+                    for wheels in reported:
                         remote = remotes[wheels.yellow]
                         if remote is not None:
                             remote.ask(wheels)
@@ -122,12 +126,13 @@ def simulate(
             if now - said >= _LOG_S:
                 said = now
                 log_it()
+                without = f"{others} packets without one, " if others else ""
                 say(f"{match.frame / hz:.0f} s, {match.score[0]} : {match.score[1]}, {commands} commands, "
-                    f"{late} times late")
+                    f"{without}{late} times late")
             if stopped():
                 match.leave()
                 break
-    return Simulated(recipe.match_id, match.score, sent, commands, late)
+    return Simulated(recipe.match_id, match.score, sent, commands, others, late)
 
 
 class _Referee:
