@@ -280,7 +280,7 @@ class Operated:
             assert len(runs) <= 1
             return runs[0] if runs and runs[0]["end_time"] else None
 
-        return eventually(look, 120.0, every=0.2)
+        return eventually(look, 120.0, every=0.5)
 
 
 @contextmanager
@@ -299,69 +299,49 @@ def operating(folder: Path, api: str) -> Iterator[Operated]:
             here.ask("DELETE", f"/deployments/{left['id']}")
 
 
-@pytest.fixture
-def operated(tmp_path, monkeypatch, prefect_server):
-    """The session's server, operated."""
-    monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    with operating(tmp_path, prefect_server) as here:
-        yield here
-
-
 @pytest.mark.slow
-def test_missed_and_fired(operated):
-    """A run that is due while no worker is there is late, and done once when one comes; the league's runs wait in line.
+def test_missed_killed_and_fired(tmp_path, monkeypatch):
+    """A run that is due while no worker is there is late, and begun when one comes; the league's runs wait in line.
 
-    A run that is due while a worker is there is done in time. The commands are those of prefect.yaml.
+    The worker and this run are killed: it becomes Crashed, its queue goes on, and those that wait are done once, in
+    time, one after the other. The commands are those of prefect.yaml.
     """
-    *setting_up, work = commands()
-    for command in setting_up:
-        operated.call(command)
-    store, missed, fired = Store(operated.data), "run/nightly", "train/weekly"
-
-    def late(deployment: str, moment: datetime) -> bool:
-        return [run["state_name"] for run in operated.runs_at(deployment, moment)] == ["Late"]
-
-    due = operated.fire(missed)
-    eventually(lambda: late(missed, due), seconds=180, every=0.2)
-    with store.removing():  # the run waits for it
-        operated.begin(work)
-        eventually(lambda: operated.runs_at(missed, due)[0]["state_name"] == "Running", seconds=180, every=0.2)
-        moment = operated.fire(fired)
-        eventually(lambda: late(fired, moment), seconds=180, every=0.2)  # the limit of the league's queue
-    runs = [operated.ended(missed, due), operated.ended(fired, moment)]
-    assert [(run["state_type"], run["run_count"]) for run in runs] == [("COMPLETED", 1)] * 2
-    first, second = ([datetime.fromisoformat(run[name]) for name in ("start_time", "end_time")] for run in runs)
-    assert first[1] <= second[0] <= max(moment, first[1]) + timedelta(seconds=60)
-    entries, said = log(store).entries, operated.stop()
-    assert [(entry.what, entry.knowledge, entry.policy) for entry in entries] == [("run", 1, None), ("train", None, 1)], said
-    assert all(entry.made for entry in entries)
-    assert [entry.failed for entry in entries] == [0, 0]
-
-
-@pytest.mark.slow
-def test_worker_killed(tmp_path, monkeypatch):
-    """A worker and its run are killed: the run becomes Crashed, its queue goes on, and the next night's run is done."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     server = Process({**os.environ, **QUIET, "PREFECT_HOME": str(migrated(tmp_path / "home")), "PREFECT_UI_ENABLED": "false",
                       "PREFECT_SERVER_SERVICES_TRIGGERS_ENABLED": "true"})
     try:
         server.wait()
         with operating(tmp_path, server.record.api) as here:
-            *setting_up, work = commands()
-            for command in setting_up:
-                here.call(command)
-            nightly = "run/nightly"
-            begun = here.ask("GET", f"/deployments/name/{nightly}")["id"]
-            lost = here.ask("POST", f"/deployments/{begun}/create_flow_run", {})["id"]
-            with Store(here.data).removing():  # the run waits for it
-                here.begin(work)
-                eventually(lambda: here.ask("GET", f"/flow_runs/{lost}")["state_name"] == "Running", seconds=180, every=0.2)
-                here.kill()
-            here.begin(work)
-            due = here.fire(nightly)
-            assert here.ended(nightly, due)["state_name"] == "Completed"
-            ended = here.ask("GET", f"/flow_runs/{lost}")
-            assert (ended["state_type"], ended["state"]["message"].partition(".")[0]) == (
-                "CRASHED", "Nothing was heard of this run for ten minutes")
+            _missed_killed_and_fired(here)
     finally:
         server.stop()
+
+
+def _missed_killed_and_fired(here: Operated) -> None:
+    *setting_up, work = commands()
+    for command in setting_up:
+        here.call(command)
+    store, nightly, weekly = Store(here.data), "run/nightly", "train/weekly"
+
+    def becomes(deployment: str, moment: datetime, state: str) -> None:
+        eventually(lambda: [run["state_name"] for run in here.runs_at(deployment, moment)] == [state], seconds=180, every=0.5)
+
+    becomes(nightly, lost := here.fire(nightly), "Late")
+    with store.removing():  # the run waits for it
+        here.begin(work)
+        becomes(nightly, lost, "Running")
+        waiting = [(name, here.fire(name)) for name in (nightly, weekly)]
+        for each in waiting:
+            becomes(*each, "Late")  # the limit of the league's queue
+        here.kill()
+    here.begin(work)
+    runs = [here.ended(*each) for each in ((nightly, lost), *waiting)]
+    assert [(run["state_type"], run["run_count"]) for run in runs] == [("CRASHED", 1), ("COMPLETED", 1), ("COMPLETED", 1)]
+    assert runs[0]["state"]["message"].startswith("Nothing was heard of this run for ten minutes.")
+    crashed, first, second = ([datetime.fromisoformat(run[name]) for name in ("start_time", "end_time")] for run in runs)
+    assert crashed[1] <= first[0] <= crashed[1] + timedelta(seconds=60)
+    assert first[1] <= second[0] <= first[1] + timedelta(seconds=60)
+    entries, said = log(store).entries, here.stop()
+    assert [(entry.what, entry.knowledge, entry.policy) for entry in entries] == [("run", 1, None), ("train", None, 1)], said
+    assert all(entry.made for entry in entries)
+    assert [entry.failed for entry in entries] == [0, 0]
