@@ -69,6 +69,6 @@ def serious(page: Any, scheme: str) -> list[str]:
     page.evaluate("""for (const each of ["article.card", "tbody tr", "svg.pitch .mark", ".heat", "figure.clip"])
         for (const holder of new Set([...document.querySelectorAll(each)].map((it) => it.parentNode)))
           [...holder.querySelectorAll(`:scope > ${each.split(" ").pop()}`)].slice(6).forEach((it) => it.remove())""")
-    options = {"runOnly": ["color-contrast"]} if scheme == "dark" else {}
+    options = {"resultTypes": ["violations"], **({"runOnly": ["color-contrast"]} if scheme == "dark" else {})}
     return [f"{page.url}: {each['id']}: {each['nodes'][0]['html'][:120]}"
             for each in Axe().run(page, options=options)["violations"] if each["impact"] in ("serious", "critical")]
