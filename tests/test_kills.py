@@ -20,8 +20,9 @@ from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.store import Store
 
-#: One step in so many is taken; of a season, which has most, one in twenty-four times as many.
+#: One step in so many is taken; of what has most of them, one in so many times as many.
 EVERY = int(os.environ.get("PITCHLORE_STEPS", "25"))
+RARER = {"season": 24, "scout": 8}
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +71,7 @@ def test_killed_at_a_step(finished, tmp_path, reported, action, without, times):
     assert (steps > 10, code) == (True, 0)
     assert reported(0, "prune", data)[1] == 0
     quiet = files(data)
-    every = EVERY * (24 if action == "season" else 1)
+    every = EVERY * RARER.get(action, 1)
     for step in range(1 + every // 2, steps + 1, every):
         prepared(finished, data, action, *without)
         assert reported(step, action, data, times)[1] == -9
