@@ -23,21 +23,22 @@ _NEWEST = """
     select home, away, kind from matches where kind is not null
     order by started_at desc nulls last, match_id desc limit 1"""
 _EACH = """
-    select m.match_id, m.duration_s, a.act, count(*) as n
-    from matches m join sides s using (match_id) join acts a on a.match_id = s.match_id and a.team = s.side
-    where s.team = ? and s.kind = ? group by all"""
-_ORDER = """
-    select match_id, any_value(m.duration_s) as seconds from matches m join sides s using (match_id)
-    where s.team = ? and s.kind = ? group by match_id
-    order by any_value(m.started_at) nulls first, match_id"""
+    select m.match_id, m.duration_s, m.started_at, a.act, count(a.act) as n
+    from matches m join sides s using (match_id)
+    left join acts a on a.match_id = s.match_id and a.team = s.side
+    where s.team = ? and s.kind = ? group by all order by m.started_at nulls first, m.match_id"""
 _GOALS = """
     select count(*) filter (g.team = s.side), count(*) filter (g.team <> s.side)
     from goals g join sides s using (match_id) where s.team = ? and s.kind = ?"""
+#: By role, act and place of a team, the act after which V changed most in the way of their sum.
 _SHOWN = """
-    select a.match_id, a.team, a.robot, a.t_ns
-    from acts a join sides s on s.match_id = a.match_id and s.side = a.team
-    where s.team = ? and s.kind = ? and a.role = ? and a.act = ? and a.place = ? and a."after" is not null
-    order by ? * (a."after" - a."before" - a.usual) desc, a.match_id, a.t_ns limit 1"""
+    with each as (
+      select a.*, (a."after" - a."before" - a.usual)::decimal(12, 9) as worth
+      from acts a join sides s on s.match_id = a.match_id and s.side = a.team where s.team = ? and s.kind = ?
+    ), summed as (select *, sum(worth) over (partition by role, act, place) as total from each)
+    select role, act, place, match_id, team, robot, t_ns from summed where worth is not null
+    qualify row_number() over (
+      partition by role, act, place order by sign(total) * worth desc, match_id, t_ns) = 1"""
 
 
 class Sentence(NamedTuple):
@@ -108,17 +109,17 @@ def _card(catalogue: Path, team: str, kind: str) -> Card:
     found = ask(catalogue, "from answers where team = ? and kind = ? and says <> 'too few'", [team, kind])
     found = found.sort(pl.col("effect").abs(), "role", "act", "place", descending=[True, False, False, False])
     ((scored, conceded),) = ask(catalogue, _GOALS, [team, kind]).rows()
+    shown = {clip[:3]: clip[3:] for clip in ask(catalogue, _SHOWN, [team, kind]).iter_rows()}
     wins, loses = (
-        [_sentence(catalogue, row, sign, scored if sign > 0 else conceded)
+        [_sentence(row, shown[row["role"], row["act"], row["place"]], scored if sign > 0 else conceded)
          for row in found.filter(sign * pl.col("effect") > 0).head(SENTENCES).iter_rows(named=True)]
         for sign in (1, -1))
     return Card(team, kind, wins, loses, _changed(catalogue, team, kind))
 
 
-def _sentence(catalogue: Path, row: dict[str, Any], sign: int, of: int) -> Sentence:
-    goals, which = (row["goals_for"], "for") if sign > 0 else (row["goals_against"], "against")
-    shown = ask(catalogue, _SHOWN, [*(row[name] for name in ("team", "kind", "role", "act", "place")), sign])
-    match, side, robot, t_ns = shown.row(0)
+def _sentence(row: dict[str, Any], shown: tuple[str, str, int, int], of: int) -> Sentence:
+    goals, which = (row["goals_for"], "for") if row["effect"] > 0 else (row["goals_against"], "against")
+    match, side, robot, t_ns = shown
     followed = f"{goals} of {number_of(of, 'goal')} {which} it followed" if goals else ""
     return Sentence(
         f"{row['role']} {row['act']} {row['place']}".capitalize(), often(row["each_match"]), followed,
@@ -135,13 +136,14 @@ def often(each_match: float) -> str:
 
 def _changed(catalogue: Path, team: str, kind: str) -> list[str]:
     """Acts that the newest match has more or less of than chance gives after the matches before it."""
-    order = ask(catalogue, _ORDER, [team, kind]).rows()
-    if len(order) < 2:
-        return []
-    newest, seconds = order[-1][0], (sum(it for _, it in order[:-1]), order[-1][1])
     counts = ask(catalogue, _EACH, [team, kind])
+    lasts = dict(counts.select("match_id", "duration_s").iter_rows())
+    if len(lasts) < 2:
+        return []
+    newest = counts["match_id"][-1]
+    seconds = sum(lasts.values()) - lasts[newest], lasts[newest]
     changes: list[tuple[str, Change, Sequence[int]]] = []
-    for (act,), rows in sorted(counts.group_by("act")):
+    for (act,), rows in sorted(counts.drop_nulls("act").group_by("act")):
         since = int(rows.filter(match_id=newest)["n"].sum())
         before = int(rows["n"].sum()) - since
         change = change_of_count(before, since, seconds)
