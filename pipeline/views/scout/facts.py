@@ -127,15 +127,10 @@ def parts(match: MatchTables) -> list[MatchPart]:
         overlap = np.minimum(stop, edges[1:]) - np.maximum(start, edges[:-1])
         held[SIDES.index(team)] += np.maximum(overlap, 0)
     ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
-    ahead, seen = (np.histogram(rows["t_ns"].to_numpy(), edges)[0]
-                   for rows in (ball.filter(pl.col("x") > 0), ball))
-
-    def share(own: float, of: float) -> float | None:
-        return float(own / of) if of else None
-
-    rows = zip(edges[:-1], held[0], held.sum(axis=0), ahead, seen, strict=True)
-    return [MatchPart(float(start) / 1e9, share(home, both), share(over, of))
-            for start, home, both, over, of in rows]
+    ahead = means_of_parts(match, ball["t_ns"], ball["x"] > 0, PARTS)
+    rows = zip(edges[:-1], held[0], held.sum(axis=0), ahead, strict=True)
+    return [MatchPart(float(start) / 1e9, float(home / both) if both else None, territory)
+            for start, home, both, territory in rows]
 
 
 def balance(match: MatchTables) -> list[float | None]:
@@ -143,12 +138,18 @@ def balance(match: MatchTables) -> list[float | None]:
 
     None where the ball is in play at no moment of a part.
     """
-    end = max(int(match.matches["duration_s"][0] * 1e9), 1)
     values = match.values
-    place = np.minimum(values["t_ns"].to_numpy() * MOMENTS // end, MOMENTS - 1).astype(np.int64)
-    count = np.bincount(place, minlength=MOMENTS)
-    total = np.bincount(place, (values["home"] - values["away"]).to_numpy(), MOMENTS)
-    return [float(each / n) if n else None for each, n in zip(total, count, strict=True)]
+    return means_of_parts(match, values["t_ns"], values["home"] - values["away"], MOMENTS)
+
+
+def means_of_parts(
+    match: MatchTables, t_ns: pl.Series, values: pl.Series, count: int
+) -> list[float | None]:
+    """The mean of values [n] at times [n], ns, in each of some equal parts of a match; None without any."""
+    edges = np.linspace(0, max(int(match.matches["duration_s"][0] * 1e9), 1), count + 1)
+    total, there = (np.histogram(t_ns.to_numpy(), edges, weights=weights)[0]
+                    for weights in (values.to_numpy().astype(np.float64), np.ones(len(values))))
+    return [float(each / n) if n else None for each, n in zip(total, there, strict=True)]
 
 
 def halves(match: MatchTables) -> list[tuple[str, int, int]]:

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, over_sides
-from pitchlore.pipeline.views.scout.facts import PARTS
+from pitchlore.pipeline.views.scout.facts import PARTS, means_of_parts
 from pitchlore.pipeline.views.scout.pictures import Mark, on_pitch
 from pitchlore.schemas import SIDES
 from pitchlore.schemas.analysis import PHASES
@@ -118,7 +118,4 @@ def _short_of(start: tuple[float, float], end: tuple[float, float], left: float)
 def space_over_time(match: LeagueMatch) -> list[float | None]:
     """Home's share of the pitch in each of PARTS parts of a match; None where nothing was sampled."""
     home = match.space.filter(pl.col("team") == SIDES[0])
-    edges = np.linspace(0, max(int(match.matches["duration_s"][0] * 1e9), 1), PARTS + 1)
-    t_ns, share = home["t_ns"].to_numpy(), home["share"].to_numpy()
-    sums, counts = (np.histogram(t_ns, edges, weights=weights)[0] for weights in (share, np.ones(len(share))))
-    return [float(total / n) if n else None for total, n in zip(sums, counts, strict=True)]
+    return means_of_parts(match, home["t_ns"], home["share"], PARTS)
