@@ -77,7 +77,7 @@ That an export removes what one that was killed has left in a folder of the user
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 23_503, 1_792
+MOST, MOST_OF_OPTIONS = 23_503, 1_794
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

@@ -217,6 +217,8 @@ def _of_newest(
     def piece(match: str) -> dict[str, Any]:
         return {"inputs": inputs.of_match(match), "data": data, "mine": mine, "settings": settings}
 
+    if not order:  # it is of another league
+        return Clues.empty(), {}
     clues = {order[0]: _clues(**piece(order[0]))}
     windows = clues[order[0]].height
     rows = np.cumsum([own.rows for own in poses.values()])
