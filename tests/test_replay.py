@@ -292,7 +292,7 @@ def test_families():
     assert all(style.count(f"--family-{i}: #") == 2 for i in range(len(FAMILIES)))  # light and dark
 
 
-@pytest.mark.parametrize("place", ["home", "away", "incomplete_reason", "name", "target", "note"])
+@pytest.mark.parametrize("place", ["home", "away", "incomplete_reason", "target", "note"])
 def test_markup_in_data(place):
     """Data never becomes markup."""
     plain = make(about=match(home="H", away="A", incomplete_reason="x"))
@@ -303,8 +303,7 @@ def test_markup_in_data(place):
     elif place == "note":
         referee = pl.DataFrame([("m-1", 0, "stop", None, None, None, NASTY)], schema=Referee.dtypes(), orient="row")
     else:
-        row = {"name": "n", "target": "t"} | {place: NASTY}
-        done = situations([("home", 1, 21, row["name"], 0, 400, 0.5, row["target"])])
+        done = situations([("home", 1, 21, "n", 0, 400, 0.5, NASTY)])
     html = make(about=match(**about), done=done, referee=referee)
     outside = r"(id=\"payload\">)[^<]*(?=</script>)|(<title>)[^<]*(?=</title>)"
     assert re.sub(outside, "", html) == re.sub(outside, "", plain)

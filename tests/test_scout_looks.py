@@ -1,5 +1,6 @@
 """How the scout's pages look and lead about: nothing is squeezed, filters say what is left, pictures say who attacks."""
 
+import json
 import re
 
 import polars as pl
@@ -11,6 +12,7 @@ from test_scout import text_of
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.views.glossary import TERMS
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout import words
 from pitchlore.pipeline.views.scout.content.flaws import WORDS, flaws
@@ -122,7 +124,66 @@ def test_numbers_of_things():
     assert words.of_behaviour("striker-001-021") == "with the ball, then kicks the ball"
 
 
+def test_few_goals(store, pages):
+    """Each page that shows V, or what follows from it, says that its league has few goals; no other does."""
+    goals = store.receipt("models", "all").details["report"]["vsss"]["goals"]
+    for found in pages.first.parent.rglob("*.html"):
+        follows = found.parent.name in {"matches", "teams", "behaviours", "maps", "against", "policies"} or found.stem in {"index", "compare"}
+        assert (f"Few goals: {goals} goals in vsss so far" in found.read_text()) == follows, found
+    assert goals < 10
+
+
+def test_one_list_of_words(pages):
+    """The page of words has each word of the list, and the scripts have its meaning once."""
+    shown = (pages.first.parent / "words.html").read_text()
+    assert re.findall(r'<dt id="([\w-]+)">', shown) == [term.key for term in TERMS]
+    for script in ("scout.js", "replay.js"):
+        text = (pages.first.parent / script).read_text()
+        assert all(text.count(json.dumps(term.means, ensure_ascii=False)) == 1 for term in TERMS)
+
+
 # ---- in a browser
+
+
+#: Words that pages of a kind explain where they stand, at least.
+EXPLAINED = {
+    "index": {"pressing", "possession", "shots"}, "matches": {"v", "possession", "xg", "pressing", "phase", "ppda", "beyond", "goals"},
+    "teams": {"possession", "xg", "pressing", "phase", "ppda", "interval"}, "behaviours": {"went-with", "support", "value", "n"},
+    "maps": {"gram", "neuron", "v", "value", "instance"}, "against": {"v", "went-with", "pressing", "shots"},
+    "compare": {"value", "v", "support", "possession"}, "policies": {"policy", "state", "value"},
+    "situations": {"situation"}, "words": {"v"}, "replays": {"goals"}}
+
+
+def test_words_are_explained(pages, page, tmp_path):
+    """Each kind of page marks its words. A meaning is shown at its word, inside the window, by pointer and by keyboard."""
+    root = pages.first.parent
+    for name, least in EXPLAINED.items():
+        page.goto((gallery(pages) if name == "behaviours" else next(iter(sorted((root / name).glob("*.html"))), root / f"{name}.html")).as_uri())
+        page.locator(".term, [data-term]").first.wait_for(state="attached")
+        assert least <= set(page.locator("[data-term]").evaluate_all("all => all.map((it) => it.dataset.term)")), name
+    page.set_viewport_size({"width": 390, "height": 600})
+    page.goto(next((root / "matches").glob("*.html")).as_uri())
+    bubble, means = page.locator("#meaning"), {term.key: term.means.replace("`", "") for term in TERMS}
+    page.locator("main").focus()
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if key := page.evaluate("document.activeElement.dataset.term"):
+            break
+    assert means[key] in bubble.inner_text()
+    page.keyboard.press("Escape")
+    assert not bubble.is_visible()
+    page.locator(".term:visible").first.dispatch_event("pointerover", {"bubbles": True})
+    assert bubble.is_visible()
+    for term in page.locator(".term:visible").all():
+        term.focus()
+        assert means[term.get_attribute("data-term")] in bubble.inner_text()
+        box = bubble.bounding_box()
+        assert 0 <= box["x"] <= box["x"] + box["width"] <= 390
+        assert 0 <= box["y"] <= box["y"] + box["height"] <= 600
+    (tmp_path / "called.html").write_text(f'<nav><a>pressing</a></nav><main>pressing and Support</main><a class="to-top"></a><script src="{(root / "scout.js").as_uri()}"></script>')
+    page.goto((tmp_path / "called.html").as_uri())
+    page.evaluate("explain(document.querySelector('main'))")
+    assert page.locator(".term").all_inner_texts() == ["Support"], "a team is called pressing"
 
 
 def test_panels_have_room(pages, page):

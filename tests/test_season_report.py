@@ -163,7 +163,7 @@ def test_preferred():
     assert preferred_by_role(ROLE_BY_ROLE, 0.7).rows() == [
         ("goalkeeper", "044 Robot reaches the ball, 021 Robot kicks the ball", 0.2, 100.0),
         ("midfield", "044 Robot reaches the ball", 0.1, 4.0), ("striker", "021 Robot kicks the ball", 0.5, 1000.0)]
-    assert preferred_by_role(ROLE_BY_ROLE, 0.0)["does"].to_list()[0] == "088 Robot approaches it's own goal"
+    assert preferred_by_role(ROLE_BY_ROLE, 0.0)["does"].to_list()[0] == "088 Robot approaches its own goal"
     assert preferred_by_role(policy(("striker", 0, "021", 1.0), key="self6"), 0.0).height == 0
     assert preferred_by_role(Policies.empty(), 0.0).height == 0
 
@@ -196,6 +196,7 @@ def test_page(reported):
     assert len(page) < 3_000_000
     text = page.decode()
     assert not re.search(r'(src|href)="(?!data:)', text)
+    assert text.count("const WORDS = ") == 1, "its words are explained"
     for what in ("a second script", "no model of anyone", "Table 3: new actions", "Figure 8", "Figure 9", "Figure 10",
                  "Our best apprentice", "Settings beside each other", "contradictory", "5,230"):
         assert what in text, what

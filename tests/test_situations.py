@@ -256,10 +256,10 @@ class TestTables:
         assert table.select((pl.col("rises_at").is_not_null() | pl.col("falls_at").is_not_null()).all()).item()
 
     def test_priorities_are_the_papers(self):
-        """Names and priorities are those of the paper's Table 1."""
+        """Names and priorities are those of the paper's Table 1, but for one apostrophe."""
         path = beside("README.md").parent.parent / "paper" / "table1_situations.csv"
         paper = pl.read_csv(path)
-        assert {row["code"]: (row["name"], row["priority"]) for row in paper.iter_rows(named=True)}.items() <= TABLE_1.items()
+        assert {row["code"]: (row["name"].replace("it's own", "its own"), row["priority"]) for row in paper.iter_rows(named=True)}.items() <= TABLE_1.items()
 
 
 @settings(max_examples=60)

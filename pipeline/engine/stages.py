@@ -287,7 +287,7 @@ STAGES = Chain(
     Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands, GameEvents, Kicks), version=4),
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 2, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
-    Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 3, _situations),
+    Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 4, _situations),
     Stage("options", Per.MATCH, ("matches", "trajectories"), (Options, Clues), 1, _options),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 3, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),

@@ -27,6 +27,7 @@ from pitchlore.pipeline.stages.seasons.settings import Season
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made
+from pitchlore.pipeline.views.glossary import explained
 from pitchlore.pipeline.views.plots.report import plots_of_seasons
 from pitchlore.schemas import Claims, Evaluations, Games, Growth
 
@@ -268,5 +269,5 @@ def write_report(store: Store) -> Written:
         with refusing(store, work.noun, work.name):
             receipt = store.commit(work, _made(found))
     path = store.root / "report" / "index.html"
-    store.keep(path, store.read(receipt, "page"))
+    store.keep(path, explained(store.read(receipt, "page")))
     return Written(receipt, path, found)

@@ -30,7 +30,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-#: Code to name and priority, 1 is the highest; None where the paper gives none (Table 1, its spelling).
+#: Code to name and priority, 1 is the highest, else None (Table 1, with one apostrophe less in "its own").
 TABLE_1: dict[int, tuple[str, int | None]] = {
     1: ("Robot with the ball", 1),
     11: ("Robot guides the ball", 2),
@@ -46,9 +46,9 @@ TABLE_1: dict[int, tuple[str, int | None]] = {
     57: ("Robot orients to the ball", 11),
     67: ("Robot goes ball's X direction", 12),
     68: ("Robot goes ball's Y direction", 13),
-    78: ("Robot orients to it's own goal", 14),
-    88: ("Robot approaches it's own goal", 15),
-    98: ("Robot moves away from it's own goal", 16),
+    78: ("Robot orients to its own goal", 14),
+    88: ("Robot approaches its own goal", 15),
+    98: ("Robot moves away from its own goal", 16),
     108: ("Robot orients to adversary's goal", 17),
     118: ("Robot approaches the adversary's goal", 18),
     128: ("Robot moves away from adversary's goal", 19),

@@ -27,6 +27,8 @@ import polars as pl
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.game.pitch import MARKINGS, SCALES, Kind, Pitch
+from pitchlore.pipeline.stages.situations.rules import TABLE_1
+from pitchlore.pipeline.views import glossary
 from pitchlore.pipeline.views.replay.packing import (
     TURN,
     milliseconds,
@@ -116,7 +118,7 @@ def linked(match_id: str, home: str, away: str, *, up: str = "../") -> str:
 
 def script() -> str:
     """The page's code; in the scout's folder it is the file ``replay.js``."""
-    return strict(*(asset(name) for name in SCRIPTS))
+    return strict(glossary.words_script(), *(asset(name) for name in SCRIPTS))
 
 
 def strict(*code: str) -> str:
@@ -127,7 +129,7 @@ def strict(*code: str) -> str:
 
 def style() -> str:
     """The page's style; in the scout's folder it is the file ``replay.css``."""
-    return asset("page.css")
+    return f"{asset('page.css')}{glossary.words_style()}"
 
 
 def _filled(
@@ -214,7 +216,6 @@ def _facts(
     play = shown.drop_nulls("segment").group_by("segment", maintain_order=True)
     stretches = play.agg(pl.col("ms").min().alias("start"), pl.col("ms").max().alias("end"))
     events = referee.sort("t_ns", maintain_order=True)
-    names = situations.select("code", "name").unique().sort("code")
     return {name: row[name] for name in kept} | {
         "note": note_on(row["home"], row["away"]),
         "worn": _worn(row["home"], row["away"], pitch),
@@ -230,7 +231,7 @@ def _facts(
         "goals": match.goals.sort("t_ns").select(milliseconds("t_ns"), "team", "robot", "kind").rows(),
         "events": events.select(milliseconds("t_ns"), "event", "team", "note").rows(),
         "families": FAMILIES,
-        "names": {str(code): name for code, name in names.rows()},
+        "names": {str(code): TABLE_1[code][0] for code in situations["code"].unique().sort()},
     }
 
 

@@ -46,6 +46,7 @@ function start(match, known) {
       element("span", "time", clock(t)), element("span", `chip ${maker ?? "unknown"}`, robot ?? "?"),
       element("span", "what", kind === "error" ? `error of ${teams[maker]}` : kind ?? teams[team] ?? "scorer unknown"),
       element("span", "code", match.scoreAt(t).join(" : ")));
+    if (kind !== null) row.dataset.term = "goals";
     row.style.borderLeftColor = `var(--${team ?? "muted"})`;
     row.addEventListener("click", () => { seek(t - BEFORE_GOAL); say(row.querySelector(".what").textContent); });
     $("goals").append(row);

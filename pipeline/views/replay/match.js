@@ -99,7 +99,6 @@ function understand(match) {
       if (ranges.some(([first, last]) => first <= code && code <= last)) family.set(Number(code), i);
     }
   });
-  for (const code of Object.keys(match.names)) match.names[code] = match.names[code].replace("it's own", "its own"); // the paper's slip
   const shortName = (code) => match.names[code].replace(/^(the )?robot /i, "").replace(/^./, (letter) => letter.toLowerCase());
 
   // each robot's situations, as parallel slices in order of start

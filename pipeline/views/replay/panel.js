@@ -25,6 +25,7 @@ function panel(match, events, jump) {
     const text = (hit) => `${hit.team ?? "unknown"} ${match.teams[hit.team] ?? ""} ${hit.robot ?? ""} ${hit.kind} ${hit.what}`.toLowerCase();
     const hits = every.filter((hit) => asked.every((word) => text(hit).includes(word)));
     body.replaceChildren(...hits.slice(0, MOST_LINES).map(line));
+    explain(body);
     $("count").textContent = asked.length ? `${hits.length} of ${every.length}` : String(every.length);
     $("more").textContent = hits.length > MOST_LINES ? `The first ${MOST_LINES} are shown; narrow the list.` : "";
   }

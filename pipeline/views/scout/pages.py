@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
+from markupsafe import Markup, escape
 
 from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.views import glossary
 from pitchlore.pipeline.views.replay import asset, strict
 from pitchlore.pipeline.views.scout.moments import moment
 
@@ -27,7 +30,8 @@ def _environment() -> Environment:
         trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
                      "short": _short, "number_of": number_of}
-    made.globals["moment"] = _moment
+    made.filters["typed"] = _typed
+    made.globals |= {"moment": _moment, "few_goals": _few_goals, "terms": glossary.TERMS}
     return made
 
 
@@ -48,15 +52,28 @@ def page_files() -> dict[str, bytes]:
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
     styles, scripts = ([own.joinpath(name).read_text(encoding="utf-8") for name in names]
                        for names in ((STYLE, *_MORE_STYLE), (SCRIPT, *_MORE_SCRIPT)))
-    script = strict(asset("match.js"), asset("draw.js"), *scripts)
-    return {SCRIPT: script.encode(), STYLE: "\n".join(styles).encode(),
+    script = strict(glossary.words_script(), asset("match.js"), asset("draw.js"), *scripts)
+    return {SCRIPT: script.encode(), STYLE: "\n".join([*styles, glossary.words_style()]).encode(),
             **{name: own.joinpath(name).read_bytes() for name in (COMPARE, MAP)}}
+
+
+def _typed(text: str) -> Markup:
+    """A text whose parts between backticks are typed."""
+    return Markup(re.sub("`(.*?)`", r"<code>\1</code>", escape(text)))  # noqa: S704 (it is escaped)
 
 
 @pass_context
 def _moment(context: Context, *of_what: Any) -> str:
     """:func:`moment`, from the page."""
     return moment(*of_what, up=context["up"], of=context["of"])
+
+
+@pass_context
+def _few_goals(context: Context, kinds: Iterable[str]) -> Markup:
+    """Notes on leagues whose V rests on few goals."""
+    few = context.get("few_goals_in", {})
+    return Markup("\n").join(Markup('<p class="note">{}</p>').format(few[kind])
+                             for kind in sorted({*kinds}) if kind in few)
 
 
 def _percent(share: float | None) -> str:

@@ -9,8 +9,8 @@ from pitchlore.pipeline.numbers.estimates import FALSE_AT_MOST
 from pitchlore.pipeline.stages.situations.rules import TABLE_1
 from pitchlore.schemas.behaviours import SHOWN_FROM
 
-#: Names of the situations, by code; the paper's "it's own goal" is spelt right.
-NAMES = {code: name.replace("it's", "its") for code, (name, _) in TABLE_1.items()}
+#: Names of the situations, by code.
+NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
 
 def short(name: str) -> str:

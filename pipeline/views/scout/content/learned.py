@@ -22,6 +22,31 @@ from pitchlore.schemas import SIDES, Decisions, Grams, Neurons
 _Z = 1.96
 
 
+def few_goals(store: Store, league: Sequence[LeagueMatch]) -> dict[str, str]:
+    """Sentence on the few goals that V rests on, by league; leagues that have enough have none.
+
+    Args:
+        store: the data folder.
+        league: the matches; of each league the models of the last one count.
+    """
+    said: dict[str, str] = {}
+    for match in league:
+        kind = match.home.kind
+        labels = match.inputs["values"][0].inputs
+        names = {label.split("/")[1] for label in labels if label.startswith("models/")}
+        held = [receipt for name in sorted(names) if (receipt := store.receipt("models", name)) is not None]
+        report = held[0].details["report"].get(kind, {}) if held else {}
+        said.pop(kind, None)
+        if "level" in report:
+            times, low, high = (math.exp(report["level"]["offset"] + ends * report["level"]["error"])
+                                for ends in (0, -_Z, _Z))
+            said[kind] = (
+                f"Few goals: {number_of(report['goals'], 'goal')} in {kind} so far. Below ten, V is fitted "
+                f"to matches of our arena, and its odds are multiplied by {times:.2f} [{low:.2f}, {high:.2f}]"
+                " for the rate of goals here. Take V, and all that follows from it, as a hint.")
+    return said
+
+
 class Learned:
     """The maps and decisions behind a version of the knowledge, read when they are asked for.
 
@@ -73,18 +98,6 @@ class Learned:
         league = self._grams.filter(kind=team.kind)
         least = 1 if self._behaviours is None else int(self._behaviours.settings["support_at_least"])
         return typical(league.filter(team=team.name), league.filter(pl.col("team") != team.name), least)
-
-    def level(self, team: TeamName) -> str:
-        """Sentence on the few goals that V rests on in a team's league; empty where there are enough."""
-        held = None if self._behaviours is None else self._store.receipt("models", self._behaviours.name)
-        report = {} if held is None else held.details["report"].get(team.kind, {})
-        if "level" not in report:
-            return ""
-        times, low, high = (math.exp(report["level"]["offset"] + ends * report["level"]["error"])
-                            for ends in (0, -_Z, _Z))
-        return (f"V rests on {number_of(report['goals'], 'goal')} of this league. It is fitted to matches of "
-                f"our arena; its odds are multiplied by {times:.2f} [{low:.2f}, {high:.2f}] for the rate of "
-                "goals here. With fewer than ten goals take values as a hint.")
 
     def decisions(self, team: TeamName) -> pl.DataFrame:
         """Rows of schema Decisions of a team, in order."""

@@ -135,6 +135,6 @@ def pages_of_team(
 def _gallery(team: TeamTodo, behind: Learned) -> dict[str, Any]:
     found = None if team.known is None else team_pages.gallery(
         team.team, team.matches, team.known, behind)
-    none = {"team": team.team, "version": "none", "total": 0, "shown_from": 0, "level": "", "roles": [],
+    none = {"team": team.team, "version": "none", "total": 0, "shown_from": 0, "roles": [],
             "cards": [], "every": [], "phrases": []}
     return (found or none) | {"sides": team.sides}

@@ -250,7 +250,6 @@ def gallery(
     by_behaviour, near = clips(pl.concat(seen)), neighbours_of(transitions(learned.decisions(team)))
     return {
         "team": team, "version": known.manifest.version, "total": own.height, "shown_from": SHOWN_FROM,
-        "level": learned.level(team),
         "roles": every["role"].cast(pl.String).unique().sort().to_list(), "follows_s": FOLLOWS_S,
         "counted_in": matches_in_words(len(newest), 0),
         "phrases": [said([code]) for code in every["codes"].explode().unique().sort().to_list()],

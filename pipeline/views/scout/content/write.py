@@ -25,7 +25,7 @@ from pitchlore.pipeline.views.scout.content import policies as policy_pages
 from pitchlore.pipeline.views.scout.content import situations as situation_pages
 from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.league import league_facts
-from pitchlore.pipeline.views.scout.content.learned import Learned
+from pitchlore.pipeline.views.scout.content.learned import Learned, few_goals
 from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, pages_of_team
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
@@ -88,8 +88,8 @@ def write_pages(
     folder = Folder(store, out or store.root / _folder(names))
     known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
-    behind = Learned(store, known, league)
-    around: dict[str, Any] = {"menu": teams, "made": code, "names_of": {
+    behind, few = Learned(store, known, league), few_goals(store, league)
+    around: dict[str, Any] = {"menu": teams, "made": code, "few_goals_in": few, "names_of": {
         match.name: side_names(match.home.name, match.away.name) for match in league}}
     lines = _matches(store, folder, league, around)
     policies = policy_pages.newest_policies(store, league)
@@ -101,14 +101,14 @@ def write_pages(
         sum(len(sides_played(team, match)) for match in learned_of),
         any(policy.team == team for policy in policies), copied.get(team)) for team in teams]
     keys = {it.team: digest(canonical([
-        code, teams, [match.key(match.sequences_digests) for match in it.matches],
+        code, teams, few.get(it.team.kind), [match.key(match.sequences_digests) for match in it.matches],
         version, known and known.manifest.key, behind.key, it.imitated, it.sides,
         it.copied and it.copied.key])) for it in by_team}
     _teams(store, folder, by_team, keys, around | {
         "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
                                         for team, key in keys.items() if known is not None}, around)
-    everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
+    everything = digest(canonical([code, teams, few, every, [match.key() for match in league]]))
     shown = cards(store, mine)
     folder.put("index.html", digest(canonical([everything, shown, mine])), lambda: rendered(
         "league", **around, **league_facts(league, teams, lines, every), mine=mine, cards=shown))
@@ -116,7 +116,7 @@ def write_pages(
         "situations", **around, **situation_pages.situation_facts(league)))
     versions = compare.versions(store)
     folder.put("words.html", digest(canonical([code, teams])), lambda: rendered("words", **around))
-    folder.put("compare.html", digest(canonical([code, teams])), lambda: rendered("compare", **around))
+    folder.put("compare.html", digest(canonical([code, teams, few])), lambda: rendered("compare", **around))
     folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
         compare.numbers_script(league, teams, lines, versions)))
     for manifest in versions:
@@ -168,7 +168,9 @@ def _matches(
         key = match.key(around["made"], match.gap_s)
         keys[match.name] = own = {
             f"data/{match.name}.js": key,
-            f"matches/{match.name}.html": match.key(around["made"], around["menu"], match.goals_at_least)}
+            f"matches/{match.name}.html": match.key(
+                around["made"], around["menu"], around["few_goals_in"].get(match.home.kind),
+                match.goals_at_least)}
         line, pages = folder.known(match.name, key), folder.missing(own)
         if line is not None:
             lines[match.name] = line
@@ -214,7 +216,7 @@ def _policies(
     galleries: Mapping[TeamName, tuple[str, Callable[[], pl.DataFrame]]], around: dict[str, Any],
 ) -> None:
     """The list of policies, and a page for each; behaviours lead to their cards in the team's gallery."""
-    made_from = [around["made"], around["menu"]]
+    made_from = [around["made"], around["menu"], around["few_goals_in"]]
     known = [it.key for it in policies]
     folder.put("policies.html", digest(canonical([*made_from, known])), lambda: rendered(
         "policies", **around, rows=policy_pages.policy_lines(store, policies)))

@@ -61,7 +61,10 @@ function rove(holder, which, label) {
 addEventListener("DOMContentLoaded", () => {
   const look = () => document.querySelectorAll("main table:not([data-looked])").forEach(wide);
   look();
-  new MutationObserver(look).observe(document.querySelector("main"), { childList: true, subtree: true }); // a comparison makes tables
+  new MutationObserver((changes) => { // a comparison makes tables
+    look();
+    changes.forEach(({ addedNodes }) => addedNodes.forEach((each) => { if (each.nodeType === 1 && !each.matches(".term")) explain(each); }));
+  }).observe(document.querySelector("main"), { childList: true, subtree: true });
   toTop();
   document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
   document.querySelectorAll("svg.pitch").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
