@@ -6,11 +6,13 @@ import atexit
 import errno
 import logging
 import os
+import shlex
 import sys
 import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from pitchlore.flows import left_out
@@ -331,7 +333,7 @@ def _open_streams() -> None:
 
 
 def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> None:
-    from cyclopts import CycloptsError  # noqa: PLC0415 (Ctrl-C is heard before anything slow is loaded)
+    from cyclopts import CycloptsError, UnusedCliTokensError  # noqa: PLC0415 (Ctrl-C is heard before anything slow is loaded)
 
     _quiet_prefect(debug)
     _show_notices()
@@ -343,7 +345,10 @@ def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> 
             sys.stdout.flush()
     except CycloptsError as error:
         command = " ".join(("pitchlore", *(error.command_chain or ())))
-        _fail(f"{' '.join(str(error).split())} See `{command} --help`.")
+        said = " ".join(str(error).split())
+        if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+            said = _too_many(command, error.unused_tokens)
+        _fail(f"{said} See `{command} --help`.")
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
@@ -353,6 +358,14 @@ def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> 
         if debug:
             traceback.print_exc()
         _fail(str(error) if isinstance(error, PitchloreError) else _unforeseen(error))
+
+
+def _too_many(command: str, words: list[str]) -> str:
+    """A sentence on words that a command does not take; a file or folder among them is to be imported."""
+    file = next((word for word in words if not word.startswith("-") and Path(word).exists()), None)
+    if file is not None:
+        return f"`{command}` takes no files: `pitchlore import {shlex.quote(file)}` first."
+    return f"`{command}` does not take the word{'s' * (len(words) > 1)} {', '.join(words)}."
 
 
 def _unforeseen(error: Exception) -> str:

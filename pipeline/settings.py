@@ -702,5 +702,5 @@ def parse_settings(data: bytes, where: str) -> RunSettings:
     Raises:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
-    keys = "See pipeline/settings.py for all keys and their bounds"
+    keys = "Mend it; docs/how-to/settings.md says where all keys are"
     return fitted(RunSettings, toml_tables(data, where), where, keys)

@@ -84,6 +84,21 @@ def test_answers_are_those_of_the_acts(store):
     assert League(store).lazy("answers").collect().equals(found)
 
 
+def test_answer(copied, call):
+    """A run with nothing new says the answer again, as it was kept; a team that is not there is refused, once."""
+    first, again = (call("run", "--data", copied)[1] for _ in range(2))
+    card = first[first.index("blue: what went with winning"):]
+    assert again.endswith(f"As before:\n{card}")
+    (settings := copied.parent / "s.toml").write_text('[scout]\nmine = "yellow"\n')
+    out = call("run", "--settings", settings, "--data", copied)[1]
+    assert "blue: what" not in out
+    assert "Other teams: blue. `pitchlore scout --mine blue`\n" in out
+    for pages in ("false", "true"):
+        settings.write_text(f'[scout]\nmine = "bleu"\nrefresh = {pages}\n')
+        code, out, err = call("run", "--settings", settings, "--data", copied)
+        assert (code, (out + err).count("no team of the league has this name (did you mean blue?)")) == (1, 1)
+
+
 def test_card(store, pages, call):
     """The first page begins with what the view says of the newest match's teams; an unknown team is refused."""
     told = cards(store)
@@ -100,5 +115,6 @@ def test_card(store, pages, call):
     assert [card.team for card in cards(store, told[0].team)] == [told[0].team]
     with pytest.raises(NotFound, match="no team of the league"):
         cards(store, "nobody")
-    assert call("scout", "--mine", "nobody", "--data", str(store.root)) != 0
+    code, _, err = call("scout", "--mine", "nobody", "--data", str(store.root))
+    assert (code, "nobody: no team of the league has this name (there are: " in err) == (1, True)
     assert (often(3.4), often(0.3)) == ("3 times a match", "3 times in ten matches")

@@ -293,6 +293,8 @@ def test_run_shows_quarantine(call, tmp_path):
     data = tmp_path / "data"
     call("import", bad, "--data", data)
     (record,) = Store(data).quarantined()
+    assert call("run", bad, "--data", data)[2].startswith(
+        f"pitchlore: `pitchlore run` takes no files: `pitchlore import {bad}` first. ")
     code, out, _ = call("run", "--data", data)
     assert code == 0
     assert f"still in quarantine\nmatches {record.name}: {record.reason}\n" in out

@@ -188,6 +188,9 @@ def test_goal():
         " it goes in off them 0 (goalkeeper).")
     ]
     assert reported.summary.home.scorers == {1: 1}
+    changed = [("home", 1, "midfield", 47, 0.2, 0.5), *led[1:]]
+    told = tell(bodies, events=events, goals=[(3.0, "home", 1, "indirect")], situations=changed)
+    assert "us 1 (striker), indirect action: is hit by the ball, kicks it;" in of_kind(told, "goal")[0]
     wrong = tell(bodies, events=events, goals=[(3.0, "home", 0, "error")], situations=led)
     assert of_kind(wrong, "goal") == [
         ("GOAL for us! Error of them 0 (goalkeeper): us 1 (striker) reaches the ball, kicks it;"

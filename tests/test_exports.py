@@ -121,6 +121,11 @@ def test_columns_of_a_table() -> None:
     assert table["z"].drop_nulls().to_list() == [0.25]
     unknown = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
     assert "z" not in tables.tracking_table(ExportedMatch(handmade(log=replace(content().log, heights=unknown)))).columns
+    info = content().log.info.model_copy(update={"home": "static", "away": "static"})
+    itself = ExportedMatch(handmade(log=replace(content().log, info=info)))
+    again = read(FORMATS["csv"].write(itself)["csv"])
+    assert (again.info.home, again.info.away) == ("static", "static-2")
+    same_places(again, content().log)
     first = table.unique("frame", keep="first", maintain_order=True)["game_state"]
     reported = content().log.referee.filter(pl.col("t_ns") <= int(SECONDS * 1e9))
     words = Counter(word for state in first for word in state.split("+") if word not in ("play", "stop"))

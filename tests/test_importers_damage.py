@@ -67,7 +67,7 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
     [
         (b"", "has no column t, team, player, x, y"),
         (f"{HEADER}\n".encode(), "a header and no row"),
-        (f"{HEADER}\nx,x,ball,,0,0,0\n".encode(), "has the time 'x', no number, clock or date"),
+        (f"{HEADER}\nx,x,ball,,0,0,0\n".encode(), r"has the time 'x', no number, clock or date \(row 1\)"),
         (f"{HEADER}\n0,0,,,0,0,0\n".encode(), "no row with a time and a team"),
         (b"t,team,player,x,y\n0,a,,0,0\n0,b,,0,0\n", "no row of the ball or a player"),
         (b"frame,t,team,player,x_1,y\n0,0,a,1,0,0\n",

@@ -303,7 +303,7 @@ def test_times_that_count_samples() -> None:
     for coarse in (pl.format("00:{}", pl.col("t").cast(pl.Int64)), pl.col("t").floor()):
         with pytest.raises(BadRecording, match=r"one time for several frames, 1080 of 1200\. .*\[time\] hz = 10"):
             match(half().with_columns(t=coarse))
-    with pytest.raises(BadRecording, match=r"has the time '1,000\.0', no number, in most rows.* without marks between thousands"):
+    with pytest.raises(BadRecording, match=r"has the time '1,000\.0', no number, in most rows \(row \d+\).* without marks between thousands"):
         match(half().with_columns(t=pl.when(pl.col("t") < 1).then(pl.col("t").cast(pl.String)).otherwise(pl.lit("1,000.0"))))
     # minutes are seconds too fast for robots: never learned from, until a map says so
     minutes = half().with_columns(pl.col("t") / 60)

@@ -22,8 +22,8 @@ def export(
     """Write a match as a table, as files for kloppy and floodlight, for a viewer, or as a dataset.
 
     Args:
-        matches: Id of the match, or its beginning; of several, each is written. With lerobot all are in one
-            dataset (default: all matches of the data folder).
+        matches: Id of the match, or its beginning; of several, each is written. With lerobot they are in one
+            dataset, and no id means all matches of the data folder.
         to: Format. csv and parquet are tables that `import` reads back; kloppy and floodlight get two files
             that both read; foxglove and rerun are recordings that those viewers draw; physics are settings
             for `record`, by how the ball rolled; lerobot is a dataset of what each team saw and did.
@@ -38,7 +38,8 @@ def export(
         _dataset(matches, output, fps, json, common)
         return
     if not matches:
-        raise BadSettings("no match is named", where=f"--to {to}", next_step="Name one")
+        raise BadSettings("no match is named", where=f"--to {to}", next_step=(
+            "Name one or more; `pitchlore sql \"select match_id from matches\"` lists them"))
     if fps is not None:
         raise BadSettings("only a dataset has frames a second", where="--fps", next_step="Leave it out")
     written = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -19,7 +20,8 @@ from pitchlore.flows.commands.printing import (
     print_training,
     spelt,
 )
-from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
+from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.catalog import catalog_path
 from pitchlore.pipeline.engine.knowledge import imitates, of_imitated
 from pitchlore.pipeline.engine.placement.places import place_of
@@ -61,7 +63,7 @@ def run(
         train: Train a policy when the knowledge is new.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         flow: Run as a Prefect flow. Without a server the data folder's is started, and ends with the run.
-        verbose: Also print the tables of behaviours, rounds and training.
+        verbose: Also print the tables of stages, behaviours, rounds and training.
         plan: Change nothing: print which outputs would be made, why, and what they would cost by the log.
         page: With --plan: also write a web page with the graph of stages to this file.
         on: Where work is done.
@@ -116,11 +118,15 @@ def _print_run(store: Store, report: RunReport, mine: str, *, verbose: bool) -> 
         again = sum(len(stage.same) for stage in report.stages)
         out.print(f"Nothing new. Outputs made again, with the same bytes: {again}." if again
                   else "Nothing new: every receipt holds, nothing was recomputed.")
-    elif not idle:
+    elif not idle and verbose:
         print_frame(pl.DataFrame(
             [{"stage": s.noun, "made": len(s.made), "kept": s.unchanged, "failed": len(s.failed)}
              for s in report.stages]
         ))
+    elif not idle:
+        kept = sum(stage.unchanged for stage in report.stages)
+        made = number_of(report.made, "output")
+        out.print(f"{made} made, {kept:,} kept, {len(report.failures):,} failed (--verbose: stage by stage)")
     print_failed(report.failures)
     for note in (*report.stage("matches").notes, *report.notes):
         out.print(note, soft_wrap=True, highlight=False, markup=False)
@@ -143,13 +149,31 @@ def _print_run(store: Store, report: RunReport, mine: str, *, verbose: bool) -> 
             print_training(store, tables=verbose)
         out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
                   f"{store.named(store.version_folder('policies', report.policy))}")
-    if not idle and store.mirror is None:
-        from pitchlore.pipeline.views.card import cards  # noqa: PLC0415 (it loads what --help does without)
-
-        print_cards(cards(store, mine))
+    if store.mirror is None:
+        _print_answer(store, report, mine)
     where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
     there = f"catalogue: {catalog_path(store)}" if store.mirror is None else "catalogue: made when you ask"
     out.print(f"{there} (try: pitchlore sql{where} \"from behaviours limit 20\")", soft_wrap=True)
+
+
+def _print_answer(store: Store, report: RunReport, mine: str) -> None:
+    """Print what went with winning and losing, and the names of the teams that it leaves out."""
+    from pitchlore.pipeline.views.card import answer  # noqa: PLC0415 (it loads what --help does without)
+
+    try:
+        said = answer(store, mine)
+    except NotFound as error:
+        if str(error) not in report.failures.values():  # else it is printed
+            raise
+        return
+    if not said.new:
+        console().print("As before:")
+    print_cards(said.cards)
+    if said.others[0]:
+        names, more = said.others
+        rest = f" and {number_of(more, 'other')}" if more else ""
+        call = f"`pitchlore scout --mine {shlex.quote(names[0])}`"
+        console().print(f"Other teams: {', '.join(names)}{rest}. {call}", soft_wrap=True, highlight=False)
 
 
 def _lack(store: Store, report: RunReport) -> str:

@@ -26,7 +26,9 @@ class Waiting(Progress):
     def __init__(self, *columns: TextColumn | BarColumn | MofNCompleteColumn | TimeElapsedColumn) -> None:
         self.ends = False
         self._kept, self._begun = Path(os.environ["NUMBA_CACHE_DIR"]), time.time()
-        super().__init__(*columns, console=Console(stderr=True))
+        console = Console(stderr=True)
+        # on a screen they make room for the answer, a file keeps them
+        super().__init__(*columns, console=console, transient=console.is_terminal)
 
     def get_renderables(self) -> Iterable[RenderableType]:
         """The bars, and the line."""

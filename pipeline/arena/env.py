@@ -351,7 +351,7 @@ def _settings(
 ) -> EnvSettings:
     """The settings of an environment, of the arguments of its door."""
     return fitted(EnvSettings, {**said, "matches": varied(matches, robots, minutes)}, "environment",
-                  "See EnvSettings in pipeline/arena/match/environment.py")
+                  "help(pitchlore.env) explains them")
 
 
 def _seed(random: np.random.Generator, asked: int | None) -> int:

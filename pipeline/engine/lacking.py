@@ -16,11 +16,11 @@ from pitchlore.schemas import SIDES, Goals, Quality
 
 #: Flaws that say why no goal of a team is known, ...
 UNSCORED = ("goals unknown", "scorer unknown")
-#: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
+#: ... and those that an import tells with their notes, as what a map would settle, the weightiest first.
 REMARKABLE = (
-    *UNSCORED, "assumed", "home inferred", "goals inferred", "unit of angle", "text encoding",
-    "unmatched map", "slow sampling", "off the pitch", "ball lost", "poor recognition", "several matches",
-    "colours switched", "score corrected", "implausible",
+    "implausible", "ball lost", *UNSCORED, "poor recognition", "unmatched map", "off the pitch",
+    "unit of angle", "home inferred", "goals inferred", "slow sampling", "assumed", "several matches",
+    "colours switched", "score corrected", "text encoding",
 )
 #: Remarks of an import that are reported.
 _REMARKS = 12
@@ -37,17 +37,19 @@ def remarks(
         store: has the matches.
         matches: their receipts.
         flaws: the flaws that are reported.
-        most: number of lines from which on the others are only counted.
+        most: number of lines from which on the less weighty ones are only counted.
     """
-    lines = []
+    found: list[tuple[int, str]] = []
     for receipt in matches:
         if not receipt.details.get("flaws", {}).keys() & {*flaws}:
             continue
         quality = table_of(store, receipt, Quality)
         shown = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
-        lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in shown.iter_rows()]
-    more = len(lines) - most
-    return lines if more <= 0 else [*lines[:most], f"… and {more} more remarks (table quality)."]
+        found += [(REMARKABLE.index(flaw), f"{receipt.name}: {note or f'{flaw} {count}'}.")
+                  for flaw, note, count in shown.iter_rows()]
+    kept = sorted(enumerate(found), key=lambda it: it[1][0])[:most]
+    more = [f"… and {len(found) - most} remarks of less weight (table quality)."] * (len(found) > most)
+    return [*(line for _, (_, line) in sorted(kept)), *more]
 
 
 def lacking(store: Store, scope: Scope) -> list[str]:
@@ -62,10 +64,8 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     if any(held and held.details["options"] for held in options):
         return []
     selected, decided = (store.receipt(noun, scope.name) for noun in ("behaviours", "decisions"))
-    if selected is None or decided is None:
-        return []
-    kept = any(report["groups_kept"] for report in selected.details["reports"])
-    if kept or decided.details.get("decisions", 0):
+    if selected is None or decided is None or decided.details.get("decisions", 0) or any(
+            report["groups_kept"] for report in selected.details["reports"]):
         return []
     every = _of(store, "matches", scope)
     matches = [receipt for receipt in every if receipt.name in count]
@@ -74,18 +74,22 @@ def lacking(store: Store, scope: Scope) -> list[str]:
         return ["No knowledge and no policy were made: no match shows a course of play with a ball.",
                 *remarks(store, useless, (*UNSCORED, *UNUSABLE), most=_NAMED)]
     if not matches:
-        return [_nobody_counts(store, scope)]
+        there = sorted({(it.details[side], it.details["pitch"]["kind"]) for it in every for side in SIDES})
+        named = ", ".join(f"{team} ({kind})" for team, kind in there[:_TEAMS])
+        return [("No knowledge and no policy were made: --kind, --team or the [sides] settings leave no "
+                 f"team. There are {named}.")]
     goals = {receipt.name: receipt for receipt in _of(store, "goals", scope)}
     counted = sum(goals[match.name].details["goals"] for match in matches if match.name in goals)
     silent = [match for match in matches if _unscored(store, match, goals.get(match.name))]
     said = remarks(store, silent, UNSCORED, most=_NAMED)
     many = f"{len(matches)} match{'es' if len(matches) > 1 else ''}"
     if len(silent) == len(matches):
-        head = f"no goal of a team is known in {many}, so that nothing tells which behaviours go with goals"
-        return [f"No knowledge and no policy were made: {head}.", *said]
-    head = f"no behaviour went with better chances beyond chance in {many} with {number_of(counted, 'goal')}"
-    following = 'Import more matches, or say select_by = "value" in the [behaviours] settings'
-    return [f"No knowledge and no policy were made: {head}. {following}.", *said]
+        why = f"no goal of a team is known in {many}, so that nothing tells which behaviours go with goals"
+    else:
+        scored = number_of(counted, "goal")
+        why = (f"no behaviour went with better chances beyond chance in {many} with {scored}. "
+               'Import more matches, or say select_by = "value" in the [behaviours] settings')
+    return [f"No knowledge and no policy were made: {why}.", *said]
 
 
 def _of(store: Store, noun: str, scope: Scope) -> list[Receipt]:
@@ -97,19 +101,8 @@ def _of(store: Store, noun: str, scope: Scope) -> list[Receipt]:
 def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
     """True if flaws of a match say why no goal of a team is known in it."""
     flaws = match.details.get("flaws", {})
-    if "goals unknown" in flaws or goals is None:
-        return "goals unknown" in flaws
-    return "scorer unknown" in flaws and not table_of(store, goals, Goals)["team"].count()
-
-
-def _nobody_counts(store: Store, scope: Scope) -> str:
-    """Line that the settings leave no team, and which teams there are."""
-    matches = _of(store, "matches", scope)
-    there = sorted({(receipt.details[side], receipt.details["pitch"]["kind"])
-                    for receipt in matches for side in SIDES})
-    named = ", ".join(f"{team} ({kind})" for team, kind in there[:_TEAMS])
-    return (f"No knowledge and no policy were made: --kind, --team or the [sides] settings leave no team. "
-            f"There are {named}.")
+    return "goals unknown" in flaws or (goals is not None and "scorer unknown" in flaws and not (
+        table_of(store, goals, Goals)["team"].count()))
 
 
 def leagues(knowledge: Manifest | None) -> list[str]:
@@ -118,7 +111,7 @@ def leagues(knowledge: Manifest | None) -> list[str]:
     kinds = sorted({team["kind"] for team in teams})
     if len(kinds) < 2:
         return []
-    of = (f"{kind}: {', '.join(team['team'] for team in teams if team['kind'] == kind)}" for kind in kinds)
-    named = "; ".join(of)
+    named = "; ".join(
+        f"{kind}: {', '.join(team['team'] for team in teams if team['kind'] == kind)}" for kind in kinds)
     return [(f"The knowledge is of {len(kinds)} leagues ({named}). Each team has behaviours of its own, and "
              "policies imitate one team. Say --kind or --team for the knowledge of one league or team.")]

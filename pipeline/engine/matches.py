@@ -137,9 +137,10 @@ def _import(
     given = _mapping(store, recording)
     name = slug(recording.file.name)  # until its content is known
     source: SourceFile | None = None
+    stays: Receipt | None = None  # the match, where only its map is another now
 
     def taken(number: int) -> Imported:
-        nonlocal name, source
+        nonlocal name, source, stays
         if source is None:
             source = open_parts(parts, recording.provider, limits)
         asked = source.numbered(number)
@@ -152,6 +153,7 @@ def _import(
             store.release("matches", name)
             return Imported(there, False, asked.sha256)
         asked = asked if there is None else asked.named(there.name)
+        stays = there if there and _stands(store, there, asked.sha256, dict(there.settings)) else None
         match, data = read_match(asked, mapping, recording.files())
         check()
         data = log.packed(match) if data is None else data
@@ -168,7 +170,10 @@ def _import(
         if not getattr(error, "transient", False):
             check()
             store.offer(name, error)
-            store.quarantine("matches", name, error)
+            if stays is None:
+                store.quarantine("matches", name, error)
+            elif isinstance(error, PitchloreError):
+                error.next_step = ". ".join(filter(None, (error.next_step, f"{stays.name} stays as it was")))
         raise
     return first
 

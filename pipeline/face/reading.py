@@ -101,7 +101,7 @@ def play(
     (own, first), (other, second) = team_of(home), team_of(away)
     recipe = fitted(
         Recipe, {**varied(arena, robots, minutes), "home": own, "away": other, "seed": seed}, "play",
-        "See MatchSettings in pipeline/arena/match/recipe.py")
+        "help(pitchlore.MatchSettings) explains them")
     teams = ((own, first), (other, second))
     known = {str(team.policy): tables for team, tables in teams if tables is not None}
     return Match(MemoryInputs(in_memory(recipe, known), settings, recipe.model_dump(mode="json")))

@@ -8,15 +8,23 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import NotFound
-from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.base.software import RELEASE
+from pitchlore.pipeline.base.text import did_you_mean, number_of
+from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_of
 from pitchlore.pipeline.views.scout.changes import Change, change_of_count
 
 #: Sentences of each kind.
 SENTENCES = 3
+#: The answer that was printed last, in a data folder.
+NAME = ".answer.json"
+#: Other teams that are named.
+_NAMED = 6
 #: Seconds that a clip shows before and after its act.
 BEFORE_S, AFTER_S = 2.5, 3.0
 _NEWEST = """
@@ -82,6 +90,42 @@ class Card(NamedTuple):
     changed: list[str]
 
 
+class Answer(Frozen):
+    """The end of a run: cards, and who else there is.
+
+    Attributes:
+        source: the software, the catalogue and the team that it was made from.
+        cards: the cards.
+        others: teams that no card tells of; the first few, and the number of the rest.
+        new: whether it was made now.
+    """
+
+    source: str
+    cards: list[Card]
+    others: tuple[list[str], int]
+    new: bool = False
+
+
+def answer(store: Store, mine: str = "") -> Answer:
+    """The end of a run; one that was made from the same catalogue is read from the data folder.
+
+    For arguments and errors see :func:`cards`.
+    """
+    path, _ = refresh(store)
+    catalogue = stamp_of(str(path)) if path.exists() else "in memory"
+    source = f"{RELEASE} {digest(Path(__file__).read_bytes())} {mine!r} {catalogue}"
+    kept = read_cache(store.root / NAME, Answer)
+    if kept is not None and kept.source == source and path.exists():
+        return kept
+    told = cards(store, mine)
+    teams = [team for (team,) in ask(path, "select distinct team from sides order by team").iter_rows()]
+    others = [team for team in teams if team not in {card.team for card in told}]
+    made = Answer(source=source, cards=told, others=(others[:_NAMED], len(others[_NAMED:])))
+    if not store.closed:
+        store.keep(store.root / NAME, sealed(made))
+    return made.model_copy(update={"new": True})
+
+
 def cards(store: Store, mine: str = "") -> list[Card]:
     """The cards of a team, or of both teams of the newest match.
 
@@ -94,10 +138,12 @@ def cards(store: Store, mine: str = "") -> list[Card]:
     """
     catalogue, _ = refresh(store)
     if mine:
-        leagues = "select distinct team, kind from sides where team = ? order by kind"
-        teams = ask(catalogue, leagues, [mine]).rows()
+        known = ask(catalogue, "select distinct team, kind from sides order by all").rows()
+        teams = [team for team in known if team[0] == mine]
         if not teams:
-            raise NotFound("no team of the league has this name", where=mine, next_step=(
+            names = list(dict.fromkeys(name for name, _ in known))
+            there = did_you_mean(mine, names) or f" (there are: {', '.join(names[:8])})"
+            raise NotFound(f"no team of the league has this name{there}", where=mine, next_step=(
                 "`pitchlore sql \"select distinct team from sides\"` lists them"))
     else:
         newest = ask(catalogue, _NEWEST).rows(named=True)

@@ -121,8 +121,8 @@ def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
     """
     return fitted(
         MatchSettings, said, where,
-        "It has robots and tables pitch, physics, referee, camera: see MatchSettings in "
-        "pipeline/arena/match/recipe.py for their keys",
+        "It has robots and tables pitch, physics, referee, camera; "
+        "docs/how-to/settings.md says where all keys are",
     )
 
 

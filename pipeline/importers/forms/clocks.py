@@ -65,10 +65,17 @@ def in_nanoseconds(column: pl.Series, name: str) -> pl.Series | None:
     found = _parsed(known.to_frame("t").select(pl.col("t").str.strip_chars()).to_series(), first)
     if found is None or found.null_count() > _STRAY * len(known):
         wrong = first if found is None else known.filter(found.is_null())[0]
-        raise BadRecording(f"has the time {wrong!r}, no number, clock or date", where=name, next_step=(
+        raise BadRecording(
+            f"has the time {wrong!r}, no number, clock or date{_row(column, wrong)}", where=name, next_step=(
             "Name the column of the time in a map's [columns] table, or write it as seconds"))
     there = pl.DataFrame({"at": column.is_not_null().arg_true(), "ns": found})
     return column.to_frame("t").with_row_index("at").join(there, "at", "left", maintain_order="left")["ns"]
+
+
+def _row(column: pl.Series, wrong: str) -> str:
+    """Words for the first row with a value; row 1 is the first under the header."""
+    rows = (column == wrong).arg_true()
+    return f" (row {rows[0] + 1})" if len(rows) else ""
 
 
 def _parsed(texts: pl.Series, first: str) -> pl.Series | None:
@@ -127,8 +134,9 @@ def unit_by_steps(column: pl.Series, frames: pl.Series | None, name: str) -> tup
                           for texts in (some, begin))
         if numbers.null_count() > len(some) / 2:
             wrong = some.filter(numbers.is_null())[0]
-            raise BadRecording(f"has the time {wrong!r}, no number, in most rows", where=name,
-                               next_step="Write times as seconds, without marks between thousands")
+            said = f"has the time {wrong!r}, no number, in most rows{_row(column, wrong)}"
+            raise BadRecording(
+                said, where=name, next_step="Write times as seconds, without marks between thousands")
     every = begin.cast(pl.Float64).diff()
     steps = every.filter(every > 0)
     if len(steps) < _STEPS:

@@ -219,7 +219,8 @@ def parse_season(data: bytes | str, where: str) -> SeasonSettings:
         NotFound: if there are no settings of the name ``base``.
     """
     return fitted(
-        SeasonSettings, _unfolded(toml_tables(data, where)), where, "See pipeline/stages/seasons/settings.py")
+        SeasonSettings, _unfolded(toml_tables(data, where)), where,
+        "Mend it; docs/how-to/settings.md says where all keys are")
 
 
 def _unfolded(said: dict[str, Any]) -> dict[str, Any]:

@@ -109,12 +109,18 @@ def _way(
     if goal["team"] is None or not seen:
         return ""
     last, since_ns = seen[-1], goal["t_ns"] - round(settings.lead_s * 1e9)
-    steps = [(robot(names[goal["team"]], it.robot, it.role), it.code)
-             for it in done.get((last.segment, goal["team"]), [])
-             if it.end_ns > since_ns and it.start_ns < goal["t_ns"]]
+    before_it = [it for it in done.get((last.segment, goal["team"]), [])
+                 if it.end_ns > since_ns and it.start_ns < goal["t_ns"]]
+    # a robot whose role changes meanwhile keeps one name: two would read as two robots
+    called = {it.robot: robot(names[goal["team"]], it.robot, it.role) for it in before_it}
+    if scorer:
+        called[goal["robot"]] = scorer
+    steps = [(called[it.robot], it.code) for it in before_it]
     lead = [step for before, step in pairwise([None, *steps]) if step is not None and step != before]
     reported = story(lead[-settings.lead_steps:], scorer)
     toucher = robot(names[last.team], last.robot, last.role)
+    if last.team == goal["team"]:
+        toucher = called.get(last.robot, toucher)
     if last.team != goal["team"]:
         return f"{reported}; it goes in off {toucher}." if reported else f"the ball goes in off {toucher}."
     return f"{reported}; it is in." if reported else f"{toucher} touches the ball last."

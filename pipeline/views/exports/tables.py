@@ -18,7 +18,8 @@ def tracking_table(content: ExportedMatch) -> pl.DataFrame:
     """A match as a tracking table, one row a body and sample.
 
     Returns:
-        Columns ``frame``, ``t`` (s), ``team`` (the team's name, or ball), ``player``, ``x``, ``y`` (m),
+        Columns ``frame``, ``t`` (s), ``team`` (the team's name, or ball; ``static`` and ``static-2`` where a
+        team plays itself, for a table tells teams by their names), ``player``, ``x``, ``y`` (m),
         ``heading`` (rad), ``z`` (m, the ball's height, only where one is known), ``option`` (a code of
         Table 1, only where a team logged one), ``game_state`` and, where one is known, ``score_home`` and
         ``score_away``. The state names an event on the first sample from its
@@ -26,7 +27,8 @@ def tracking_table(content: ExportedMatch) -> pl.DataFrame:
     """
     log = content.log
     bodies = content.bodies()
-    names = {"home": log.info.home, "away": log.info.away, "ball": "ball"}
+    home, away = log.info.home, log.info.away
+    names = {"home": home, "away": f"{away}-2" if home == away else away, "ball": "ball"}
     states, scores = _states(content)
     reported = [name for name in ("score_home", "score_away") if scores[name].null_count() < len(scores)]
     out = bodies.join(scores.with_columns(game_state=states).with_row_index("sample").cast(

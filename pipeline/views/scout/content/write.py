@@ -148,9 +148,8 @@ def write_after(store: Store, report: RunReport, mine: str = "") -> None:
     """
     store.leave_out = lambda error: report.notes.append(f"The scout's pages are made without {error}")
     try:
-        write_pages(store, mine=mine)
-    except NotFound:
-        pass
+        if any(played(store)):
+            write_pages(store, mine=mine)
     except PitchloreError as error:
         report.stages.append(StageReport(noun="scout", failed={"pages": str(error)}))
 
