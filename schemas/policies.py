@@ -62,22 +62,20 @@ class Returns(Table):
 
 
 class States(Table):
-    """One state of one policy version: which behaviour is best there, whether that is sure, and the state in words.
+    """One state of one policy version: which behaviour is best there, and whether that is sure.
 
     best is the behaviour of the greatest action value (table policies), second the next. Of equal values the
     one with more episodes comes first, then by id. Unique by role, key and state, and sorted so.
     """
 
     NAME: ClassVar[str] = "states"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     version = dy.Int32(min=1, description="version of the policy")
     role = dy.Enum(ROLES, description="role of the robot")
     key = dy.Enum(KEYS, description="which elements of the state are kept")
     state = dy.Int64(min=0, description="state in mixed radix, by its key")
-    elements = dy.List(dy.String(), description=(
-        "the elements that the key keeps, each as `name: level`; own is the team of the robot that decides"
-    ))
     behaviours = dy.Int32(min=1, description="number of behaviours to choose from")
     visits = dy.Int64(min=0, description="visits to the state (sum over its rows of table policies)")
     best = behaviour_id()

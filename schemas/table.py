@@ -43,8 +43,8 @@ class Table(dy.Schema):
     """Base of all schemas.
 
     A subclass names its table. Its version rises whenever its columns change in any way. Columns are only
-    added, and those that are added may be null, so that files of earlier versions can be read. The words of
-    an enumeration are only added, too.
+    added, and those that are added may be null, so that files of earlier versions can be read. One that says
+    what others say may go. The words of an enumeration are only added, too.
     """
 
     NAME: ClassVar[str]

@@ -144,7 +144,8 @@ def test_states_are_in_words(store, pages):
         pl.col("verdict").is_in(["few", "close"]), pl.col("key") == "self6", pl.col("role") == "striker",
     ).sort("visits", "state", descending=[True, False]).row(0, named=True)
     assert f"<code>{top['state']}</code>" in shown
-    assert sentences(levels_in_words(top["elements"]), "striker")[0] in shown
+    words = elements_of(np.array([top["state"]]), "self6", ROLES.index("striker"))[0].to_list()
+    assert sentences(levels_in_words(words), "striker")[0] in shown
 
 
 def test_what_stands_is_kept(store, tmp_path):

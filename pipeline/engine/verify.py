@@ -14,6 +14,7 @@ from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION
+from pitchlore.pipeline.store.thinning import removed_versions
 from pitchlore.pipeline.store.verification import Verification, restore, verify, verify_parts
 
 
@@ -86,15 +87,18 @@ def mend(found: Verification, store: Store, backup: Files) -> list[Path]:
 
 
 def _parents(store: Store) -> Iterator[str]:
-    """The versions that are gone, and that others follow or were made from, a line each."""
+    """The versions that are lost, and that others follow or were made from, a line each."""
     for noun in STAGES.versioned:
-        for version in store.versions(noun):
+        there = store.versions(noun)
+        removed, damage = removed_versions(store, noun)
+        yield from damage
+        for version in there:
             try:
                 manifest = store.manifest(noun, version)
             except PitchloreError:
                 continue  # it is among the problems already
             where = f"{noun} version {manifest.version}"
-            if manifest.parent is not None and manifest.parent not in store.versions(noun):
+            if manifest.parent not in (None, *there, *removed):
                 yield f"{where}: version {manifest.parent}, which it follows, is gone. {REMEDY_OF_VERSION}."
             try:
                 if noun == "knowledge":

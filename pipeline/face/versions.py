@@ -186,11 +186,13 @@ class Policy(Version):
 
     @property
     def states(self) -> pl.DataFrame:
-        """Rows of the table ``states``: each state with its best behaviour, and how sure that is."""
+        """Rows of the table ``states``, with ``elements``: each state in words, a list of ``name: level``."""
         if States.NAME not in self._manifest.files:
             raise NotFound(f"policy version {self.version} was trained before states were kept",
                            where=self._store.where, next_step="Train the next version: `pitchlore train`")
-        return self._table(States)
+        from pitchlore.pipeline.state.words import with_elements  # noqa: PLC0415 (it loads numba)
+
+        return with_elements(self._table(States))
 
     @property
     def returns(self) -> pl.DataFrame:

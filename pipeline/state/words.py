@@ -10,7 +10,7 @@ import polars as pl
 from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.state.keys import KeyDigit, columns, decode
 from pitchlore.pipeline.state.table import TABLE
-from pitchlore.schemas.table import Key
+from pitchlore.schemas.table import ROLES, Key
 
 #: Between the name of an element and that of its level.
 IS = ": "
@@ -42,6 +42,13 @@ def elements_of(states: I64, key: Key, slot: int) -> pl.Series:
     before = np.cumsum([0, *map(len, words[:-1])])
     said = pl.Series("elements", list(chain.from_iterable(words))).gather((digits + before).ravel())
     return said.reshape((len(states), len(own))).arr.to_list()
+
+
+def with_elements(states: pl.DataFrame) -> pl.DataFrame:
+    """Rows of schema States in their order, with a column ``elements``: those of :func:`elements_of`."""
+    parts = [elements_of(rows["state"].to_numpy(), key, ROLES.index(str(role)))
+             for (role, key), rows in states.group_by("role", "key", maintain_order=True)]
+    return states.with_columns(pl.concat([pl.Series("elements", [], dtype=pl.List(pl.String)), *parts]))
 
 
 def levels_in_words(elements: list[str]) -> dict[str, str]:

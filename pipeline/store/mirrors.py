@@ -43,7 +43,7 @@ MARKER, INDEX = ".bucket.json", ".bucket.sqlite"
 #: Objects that every copy has. Others may put objects of any name into a bucket: those are none of ours.
 _NAME = r"[a-z0-9][a-z0-9.-]{0,95}"
 _RECORD = re.compile(
-    rf"(?:{_NAME}/){{1,4}}(?:{_NAME}\.receipt\.json|manifest\.json|confirmed\.json)"
+    rf"(?:{_NAME}/){{1,4}}(?:{_NAME}\.receipt\.json|manifest\.json|confirmed\.json|thinned\.json)"
     rf"|(?:{_NAME}/){{0,3}}quarantine/{_NAME}\.{_NAME}\.json"
     rf"|runs/{_NAME}\.json")
 #: A file of a version. Its key has the hash of its bytes in it: of two machines that make the same version

@@ -51,6 +51,7 @@ from pitchlore.pipeline.stages.values import models, shooting
 from pitchlore.pipeline.stages.values.chances import FEATURES
 from pitchlore.pipeline.stages.values.fitting import fit
 from pitchlore.pipeline.stages.values.moments import moments
+from pitchlore.pipeline.state.words import with_elements
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.commentary import CommentarySettings, commentary
@@ -195,7 +196,7 @@ def scored(name: str) -> Golden:
     return Golden(_csv(
         behaviours.sort("value", "behaviour_id", descending=True).group_by("n").agg(
             pl.len().alias("kept"), pl.sum("support"), pl.first("behaviour_id", "value", "paper", "neuron")).sort("n"),
-        best.select("behaviour_id", "q", pl.col("elements").list.join("; "))),
+        with_elements(best).select("behaviour_id", "q", pl.col("elements").list.join("; "))),
         _versions("sides", "sequences", "knowledge", "policies", "behaviours"), settings.model_dump(mode="json", exclude_defaults=True),
         inputs=_digest(chain("sequences").content, settings.model_dump_json()))
 

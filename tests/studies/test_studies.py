@@ -70,9 +70,6 @@ def commands_here(monkeypatch, call):
         assert code == 0, said
 
     def answer(league, *words, data=None):
-        if words[0] == "server":  # tests/test_server.py starts them: one takes seconds; a study counts the tasks that it has kept
-            migrated(league.data / "server")
-            return None
         if current_thread() is not main_thread():  # an actor of the soak
             return process(league, *words, data=data)
         code, said, error = call(*words, "--data", data or league.data)
@@ -261,12 +258,11 @@ def test_scale(tmp_path, monkeypatch, commands_here):
     """Both studies of scale; receipts that were written just now count, as they do where a run takes longer."""
     monkeypatch.setattr(outputs, "settled", lambda stamp: True)
     monkeypatch.setattr(scale.study, "QUESTIONS", {"one": "select count(*) from matches"})
-    for study in (scale.study, scale.growth):
-        monkeypatch.setattr(study, "PLAYING", (*study.PLAYING[:-1], 0.1))
+    monkeypatch.setattr(scale.study, "MINUTES", 0.1)
     scale.study.main(tmp_path, [1])
     scale.growth.main(tmp_path, [2])
     same_columns(tmp_path, "scale", "scale.csv", "growth.csv")
-    assert pl.read_csv(tmp_path / "scale.csv")["matches"].to_list() == [1, 1, 1, 2, 3, 3]
+    assert pl.read_csv(tmp_path / "scale.csv")["matches"].to_list() == [1, 1, 1, 2, 2, 3, 3, 3, 3, 3]
     assert pl.read_csv(tmp_path / "growth.csv")["distinct"][0] > 0
 
 

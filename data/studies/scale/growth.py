@@ -1,9 +1,9 @@
 """Growth with the number of matches: files, receipts, the catalogue, grams, the stages of all matches.
 
 ``growth.py`` (an hour; what was stopped goes on after the last size that had ended), or ``growth.py 10 40``
-for other sizes. For each number of matches of one minute, in a data folder of its own with a Prefect home of
-its own: play them (`record`), bring everything up to date (`run`), then once more with one match on top, and
-look at what is there. ``docs/explanation/scale.md`` is computed from the table.
+for other sizes. For each number of matches of one minute, in a data folder of its own: play them (`record`),
+bring everything up to date (`run`), then once more with one match on top, and look at what is there.
+``docs/explanation/scale.md`` is computed from the table.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ class Growth(NamedTuple):
     Attributes:
         matches: in the league.
         run_cpu_s, run_wall_s, run_peak_mib: costs of `run` from nothing (:class:`scale.study.Cost`).
-        run_tasks: Prefect's tasks of it.
         more_cpu_s, more_peak_mib: costs of `run` with one more match.
         more_read_mib: bytes that its stages read (`pitchlore runs`).
         behaviours_s, decisions_s, models_s, versions_s: seconds of its stages of all matches.
@@ -59,7 +58,6 @@ class Growth(NamedTuple):
     run_cpu_s: float
     run_wall_s: float
     run_peak_mib: float
-    run_tasks: int
     more_cpu_s: float
     more_peak_mib: float
     more_read_mib: float
@@ -88,10 +86,10 @@ class Growth(NamedTuple):
 def measure(matches: int) -> Growth:
     """The size of a league of so many matches."""
     with tempfile.TemporaryDirectory(prefix="pitchlore-growth-") as root:
-        bench = Bench(Path(root))
-        bench.call(*PLAYING, "--matches", matches - 1)
+        bench = Bench(Path(root) / "league", matches)
+        bench.call(*PLAYING, bench.minutes, "--matches", matches - 1)
         begun = bench.cost(matches - 1, "run from nothing", "run")
-        bench.call(*PLAYING, "--seed", 1_000_001)
+        bench.play(1_000_001)
         more = bench.cost(matches, "one more", "run")
         return _look(bench, matches, begun, more)
 
@@ -115,7 +113,6 @@ def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
     catalogue.unlink()
     return Growth(
         matches=matches, run_cpu_s=begun.cpu_s, run_wall_s=begun.wall_s, run_peak_mib=begun.peak_mib,
-        run_tasks=begun.tasks,
         more_cpu_s=more.cpu_s, more_peak_mib=more.peak_mib, more_read_mib=_mib(last["cost"]["bytes_in"]),
         behaviours_s=seconds["behaviours"], decisions_s=seconds["decisions"], models_s=seconds["models"],
         versions_s=round(seconds["knowledge"] + seconds["policies"], 3),

@@ -8,10 +8,8 @@ import polars as pl
 from pitchlore.pipeline.numbers.statistics import welch_of
 from pitchlore.pipeline.stages.policies.batch import PAIR, DecisionBatch
 from pitchlore.pipeline.stages.policies.returns import by_pair, returns, together
-from pitchlore.pipeline.state.words import elements_of
 from pitchlore.schemas import Returns, States
 from pitchlore.schemas.policies import FEW
-from pitchlore.schemas.table import ROLES
 
 _STATE = ["role", "key", "state"]
 
@@ -75,16 +73,8 @@ def states_of(policy: pl.DataFrame, returned: pl.DataFrame) -> pl.DataFrame:
     rare = (pl.col("episodes_0") < FEW) | (pl.col("episodes_1") < FEW).fill_null(value=False)
     schema = pl.Schema(States.dtypes())
     return choices.with_columns(
-        _elements(choices), best="behaviour_id_0", second="behaviour_id_1", best_episodes="episodes_0",
-        second_episodes="episodes_1",
+        best="behaviour_id_0", second="behaviour_id_1",
+        best_episodes="episodes_0", second_episodes="episodes_1",
         verdict=pl.when(rare).then(pl.lit("few")).when(pl.col("behaviours") == 1).then(pl.lit("alone"))
         .when(pl.col("low") > 0).then(pl.lit("sure")).otherwise(pl.lit("close")),
     ).select(list(schema)).cast(schema)
-
-
-def _elements(states: pl.DataFrame) -> pl.Series:
-    """The elements of each state in words, List[String]; states are sorted by role and key."""
-    parts = [pl.Series("elements", [], dtype=pl.List(pl.String))]
-    for (role, key), rows in states.select(*_STATE).group_by("role", "key", maintain_order=True):
-        parts.append(elements_of(rows["state"].to_numpy(), key, ROLES.index(str(role))))
-    return pl.concat(parts)

@@ -10,7 +10,7 @@ import polars as pl
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.policies import copies, known_play, looks, trained_on, way_of_play
 from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
-from pitchlore.pipeline.state.words import levels_in_words
+from pitchlore.pipeline.state.words import levels_in_words, with_elements
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played, team_name
@@ -119,7 +119,7 @@ def policy_facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict
     if looks(policy.manifest):
         usual = {"habits": _habits(store, policy.manifest, cards)} if copies(policy.manifest) else {}
         return about | {"told": True, "looks": _looks(store, policy, values, cards)} | usual
-    unsure = pl.col("verdict").is_in(["few", "close"])
+    unsure, states = pl.col("verdict").is_in(["few", "close"]), with_elements(states)
     shown = [rows for (_, _), rows in states.group_by("key", "role", maintain_order=True)]
     shown.sort(key=lambda rows: (KEYS.index(rows["key"][0]), ROLES.index(rows["role"][0])))
     candidates = values.join(returned, on=["role", "key", "state", "behaviour_id"], how="left").sort(
