@@ -21,8 +21,9 @@ class PassAttempts(Table):
     """One pass that was tried: the ball leaves a robot, and the next that touches it is another. Sorted by t_ns.
 
     As in loganalyzer3's `pass_probability` the ball goes at least 2 m on a pitch of 105 m (in proportion on
-    others) and nobody touches it on its way. A row of the table shots is no pass. The share that arrives is a
-    team's pass completion.
+    others) and nobody touches it on its way. A row of the table shots is no pass, unless a robot of the team
+    touches next (outcome own). Those that arrive are the rows of the table passes: their share is the team's
+    pass completion.
     """
 
     NAME: ClassVar[str] = "pass_attempts"

@@ -56,7 +56,8 @@ class Passes(Table):
     """One pass: the ball goes from a robot to another of its team. Sorted by t_ns.
 
     As in loganalyzer3 only passes that arrive are counted. Unlike there, nobody touches the ball on its way
-    for a sample at least, so that two robots pushing it together pass nothing.
+    for a sample at least, so that two robots pushing it together pass nothing. Rows are the tried passes
+    (table pass_attempts) that arrive: they go at least as far, and only shots with outcome own are among them.
     """
 
     NAME: ClassVar[str] = "passes"
@@ -88,8 +89,10 @@ class Shots(Table):
 
     A shot on target is as in loganalyzer3: on its straight line after the touch the ball would cross the goal
     line between the posts, and fast enough (2D: at more than 10 m/s; elsewhere: at all). loganalyzer3 counts
-    only these: `outcome <> 'wide'`. Ours has two differences. A touch that the same robot follows up before
-    anybody else touches is no shot. A ball aimed past a post that goes in all the same is on target.
+    only these: `outcome <> 'wide'`. Ours has three differences. A touch that the same robot follows up before
+    anybody else touches is no shot. A ball aimed past a post that goes in all the same is on target. The first
+    touch of a kick-off in the centre circle (9.15 m on a pitch of 105 m) is a shot only if it becomes a goal, or
+    the ball gets half of its way to the goal line before the next touch.
     """
 
     NAME: ClassVar[str] = "shots"

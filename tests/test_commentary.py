@@ -91,7 +91,7 @@ def test_human_like_note():
     (rolls(0.44), {"away-1": stands(0.5, 0.0)}, "us 1 (striker) shoots from 0.75 m; them 1 (midfield) is in the way.", (1, 1, 0)),
     (rolls(0.75, 0.3), {}, "us 1 (striker) shoots from 0.75 m, wide.", (1, 0, 0)),
     # nobody stops it, and it does not go in
-    (goes((0, 0, 0, 0), (1, 0, 0, 0), (1.25, 0.2, 0, 0), (4, 0.2, 0.3, 0)), {}, "us 1 (striker) shoots from 0.75 m at the goal.", (1, 1, 0)),
+    (goes((0, -0.3, 0, 0), (1, 0, 0, 0), (1.25, 0.2, 0, 0), (4, 0.2, 0.3, 0)), {}, "us 1 (striker) shoots from 0.75 m at the goal.", (1, 1, 0)),
 ])
 def test_shot(ball, in_the_way, said, counts):
     """A shot is reported with what came of it, and is on target unless it is wide; a goalkeeper alone saves."""

@@ -118,8 +118,8 @@ def test_possession_ends_with_a_shot():
     assert found(match(SHOT, SHOOTER, referee=SCORED)).possession["ended"].to_list() == ["goal"]
 
 
-#: Home 1 shoots from the centre at 1 s, at 0.8 m/s.
-SHOT = [(0, 0, 0), (1, 0, 0), (2, 0.8, 0), (4, 0.8, 0)]
+#: Home 1 brings the ball to the centre and shoots at 1 s, at 0.8 m/s.
+SHOT = [(0, -0.3, 0), (1, 0, 0), (2, 0.8, 0), (4, 0.8, 0)]
 SHOOTER = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (-0.5, 0.3), (AWAY, 0): (0.7, 0.4), (AWAY, 1): (0.3, 0.4)}
 SCORED = [(0, "kick-off", "home"), (1.97, "goal", "home")]
 
@@ -146,6 +146,38 @@ def test_shot():
 def test_outcome(ball, robots, outcome, by):
     """The outcome of a shot is what happened next; one that an adversary stops has its number."""
     assert shot(ball, SHOOTER | robots, SCORED[:1]).select("outcome", "by").row(0) == (outcome, by)
+
+
+#: Home 1 takes a kick-off at 1 s, at 0.8 m/s.
+KICKS_OFF = [(0, 0, 0), (1, 0, 0)]
+
+
+@pytest.mark.parametrize(("ball", "robots", "referee", "outcomes"), [
+    pytest.param([(2, 0.8, 0)], {}, SCORED, ["goal"], id="a goal"),
+    pytest.param([(2, 0.8, 0)], {(AWAY, 1): (0.3, 0.07)}, SCORED, ["goal"], id="a goal off an adversary"),
+    pytest.param([(1.75, 0.6, 0)], {(AWAY, 0): (0.67, 0.0)}, SCORED[:1], ["saved"], id="the goalkeeper saves it"),
+    pytest.param([(1.25, 0.2, 0)], {(AWAY, 1): (0.26, 0.0)}, SCORED[:1], [], id="blocked at once"),
+    pytest.param([(1.5, 0.4, 0)], {(AWAY, 1): (0.46, 0.0)}, SCORED[:1], [], id="blocked just before half of its way"),
+    pytest.param([(1.5, 0.4, 0)], {(AWAY, 0): (0.7, 0.1), (AWAY, 1): (0.473, 0.0)}, SCORED[:1], ["blocked"],
+                 id="and just after"),
+    pytest.param([(1.25, 0.2, 0)], {(HOME, 2): (0.26, 0.0)}, SCORED[:1], [], id="a pass"),
+    pytest.param([(1.0, 0, 0), (2, 0.8, 0.28)], {}, SCORED[:1], ["wide"], id="past the post"),
+    pytest.param([(1.125, 0.1, 0), (1.4, 0, 0), (1.525, 0.1, 0)], {(AWAY, 1): (0.16, 0.0)}, SCORED[:1], ["blocked"],
+                 id="the touch after it is a shot"),
+])
+def test_kick_off(ball, robots, referee, outcomes):
+    """The first touch of a kick-off is a shot if it becomes a goal, or comes half of its way to the goal line."""
+    way = [*KICKS_OFF, *ball, (4, *ball[-1][1:])]
+    assert shot(way, SHOOTER | robots, referee)["outcome"].to_list() == outcomes
+
+
+@pytest.mark.parametrize("begins", [(-0.14, 0), (0.14, 0)])
+def test_no_kick_off(begins):
+    """The control: play that begins outside the centre circle (0.13 m) begins with a shot."""
+    x, y = begins
+    blocked = [(0, x, y), (1, x, y), (1.25, x + 0.2, y), (4, x + 0.2, y)]
+    robots = SHOOTER | {(HOME, 1): (x - 0.06, y), (AWAY, 0): (0.7, 0.1), (AWAY, 1): (x + 0.26, y)}
+    assert shot(blocked, robots, SCORED[:1])["outcome"].to_list() == ["blocked"]
 
 
 def test_deflected():
@@ -192,6 +224,8 @@ def test_wide_arrives():
     """A ball past the post that is stopped before the goal line is no shot, and one that goes in is a goal."""
     stopped, blocker = [*SHOT[:2], (1.5, 0.4, 0.16), (4, 0.4, 0.16)], SHOOTER | {(AWAY, 1): (0.46, 0.18)}
     assert shot(stopped, blocker, SCORED[:1]).is_empty()
+    back = found(match([*SHOT[:2], (1.95, 0.745, 0.26), (3, 0.3, 0.3), (4, 0.3, 0.3)], SHOOTER | {(HOME, 2): (0.24, 0.3)}))
+    assert (back.shots["outcome"].to_list(), back.passes.height) == (["wide"], 0), "nor is it a pass to who collects it"
     turns = [*SHOT[:2], (1.5, 0.4, 0.16), (2, 0.8, 0), (4, 0.8, 0)]
     assert shot(turns, blocker)["outcome"].to_list() == ["goal"]
 

@@ -9,6 +9,7 @@ import pytest
 from pitchlore.pipeline.views.scout.changes import change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_match
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
+from pitchlore.pipeline.views.scout.content.opponent import saves
 from pitchlore.pipeline.views.scout.content.sources import against_itself, matches_in_words, played, team_name
 from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead
@@ -81,6 +82,16 @@ def test_shooting():
     assert (found.xg, found.distance) == (pytest.approx(0.6), pytest.approx(0.4))
     none = shooting(given.clear())
     assert (none.n, none.xg, none.distance) == (0, None, None)
+
+
+@pytest.mark.parametrize(("outcomes", "says"), [
+    (["saved", "saved", "goal", "blocked", "own", "missed", "wide"],
+     "Of 6 shots on target, other robots blocked 1. Of 3 that reached it, it saved 2 (67%), and 1 went in."),
+    (["blocked"], "Of 1 shot on target, other robots blocked 1. None reached it."),
+])
+def test_saves(outcomes, says):
+    """Shots that others block, that a mate receives or that nobody touches are none that a goalkeeper could save."""
+    assert saves(rows(Shots, *({"team": "home", "outcome": outcome} for outcome in outcomes))) == says
 
 
 # ---- goals

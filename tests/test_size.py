@@ -73,11 +73,13 @@ and say so, versions list what they lack, a receipt comes back from its log; thr
 That a push is no kick where another may have kicked took 2.
 
 That an export removes what one that was killed has left in a folder of the user's took 2.
+
+That a kick-off's first touch is no shot, and that the passes are the tried ones that arrive, took 15.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 23_503, 1_794
+MOST, MOST_OF_OPTIONS = 23_518, 1_794
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

@@ -118,7 +118,8 @@ TERMS = (
          "[Ss]pace|pitch that it reaches first"),
     Term("shots", "Shot on target",
          "A touch after which the ball's straight line crosses the goal line between the posts, as "
-         "loganalyzer3 counts. A shot that a robot blocks or saves is one, too. A wide shot is not.",
+         "loganalyzer3 counts. A shot that a robot blocks or saves is one, too. A wide shot is not. The "
+         "first touch of a kick-off is a shot only if it goes in or gets half of its way to the goal line.",
          "[Ss]hots? on target"),
     Term("from-shots", "Goal from a shot",
          "A goal that a shot became, perhaps off adversaries. The shooter may still push the ball "

@@ -7,12 +7,10 @@ import polars as pl
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.stages.events.control import NOBODY, Control
-from pitchlore.pipeline.stages.events.views import place, tabled
+from pitchlore.pipeline.stages.events.passes import LEAST, ON
+from pitchlore.pipeline.stages.events.views import place, shoots, tabled
 from pitchlore.schemas import SIDES, PassAttempts
 from pitchlore.schemas.analysis import CAME
-
-#: loganalyzer3's least way of a pass, metres on a pitch of 105 m.
-_LEAST, _ON = 2.0, 105.0
 
 
 def pass_attempts(
@@ -45,10 +43,9 @@ def pass_attempts(
     to_x, to_y = place(ball, until, team)
     length = np.hypot(to_x - x, to_y - y)
     kept = (
-        (until - touched > 1) & (control.team[touched] != NOBODY) & (length >= _LEAST * pitch.length / _ON)
+        (until - touched > 1) & (control.team[touched] != NOBODY) & ~shoots(ball.t_ns[touched], shots)
+        & (length >= LEAST * pitch.length / ON)
         & np.where(stays, ~mine | (contact.robot[then] != robot), np.isin(ball.segment[touched], stopped)))
-    shot = set(shots.filter(pl.col("outcome") != "own").select("t_ns", "robot").iter_rows())
-    kept &= np.array([(int(t), int(r)) not in shot for t, r in zip(ball.t_ns[touched], robot, strict=True)])
     return tabled(PassAttempts, trajectories, {
         "team": np.array(SIDES)[team],
         "t_ns": ball.t_ns[touched],

@@ -43,8 +43,8 @@ def events(
     if not len(held.contacts.first):
         return Events(Possession.empty(), Passes.empty(), Shots.empty(), Pressure.empty(),
                       restarts(held, Shots.empty(), referee, over))
-    passed = passes(held, trajectories, pitch)
     shot = shots(held, trajectories, over, pitch, settings)
+    passed = passes(held, shot, trajectories, pitch)
     owned = possession(held, passed, shot, trajectories, over)
     return Events(
         owned, passed, shot, pressure(held, owned, trajectories, pitch, settings),

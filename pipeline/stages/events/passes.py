@@ -8,30 +8,34 @@ import polars as pl
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.numbers.arrays import F64, I64
 from pitchlore.pipeline.stages.events.control import Control
-from pitchlore.pipeline.stages.events.views import place, tabled, towards
+from pitchlore.pipeline.stages.events.views import place, shoots, tabled, towards
 from pitchlore.schemas import SIDES, Passes
 from pitchlore.schemas.events import DIRECTIONS
 
-#: loganalyzer3's through pass, metres on a pitch of 105 m: least way forward, least place in the other half.
-_FORWARD, _DEEP, _ON = 5.0, 15.0, 105.0
+#: loganalyzer3's passes, metres on a pitch of 105 m: least way; of through passes forward, in the other half.
+LEAST, _FORWARD, _DEEP, ON = 2.0, 5.0, 15.0, 105.0
 
 
-def passes(control: Control, trajectories: pl.DataFrame, pitch: Pitch) -> pl.DataFrame:
+def passes(
+    control: Control, shots: pl.DataFrame, trajectories: pl.DataFrame, pitch: Pitch
+) -> pl.DataFrame:
     """Rows of schema Passes of one match.
 
     Args:
         control: control of the match.
+        shots: rows of schema Shots of the match.
         trajectories: rows of schema Trajectories of the match.
         pitch: pitch of the match.
     """
     here, there = control.gaps()
     robot = control.contacts.robot[control.toucher]
-    found = (there - here > 1) & (robot[here] != robot[there])
+    ball, share = control.ball, pitch.length / ON
+    far = np.hypot(ball.x[there] - ball.x[here], ball.y[there] - ball.y[here]) >= LEAST * share
+    found = (there - here > 1) & (robot[here] != robot[there]) & far & ~shoots(ball.t_ns[here], shots)
     here, there = here[found], there[found]
-    team, ball = control.team[here], control.ball
+    team = control.team[here]
     x, y = place(ball, here, team)
     to_x, to_y = place(ball, there, team)
-    share = pitch.length / _ON
     line = _offside(trajectories, ball.t_ns[here], team)
     return tabled(Passes, trajectories, {
         "team": np.array(SIDES)[team],

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pitchlore.pipeline.numbers.arrays import I64, Bools
+from pitchlore.pipeline.numbers.arrays import I64
 from pitchlore.pipeline.stages.events.control import NOBODY, Control
-from pitchlore.pipeline.stages.events.views import place, tabled
+from pitchlore.pipeline.stages.events.views import place, shoots, tabled
 from pitchlore.schemas import SIDES, Possession
 
 
@@ -39,7 +39,7 @@ def possession(
     began = np.sort(control.stretch[control.contacts.first])
     lost = control.team[following] != NOBODY
     ended = np.where(goes_on, np.where(lost, "lost", "contested"), _stopped(ball.segment[last], team, over))
-    shot = _shot(ball.t_ns[last_touch], team, shots)
+    shot = shoots(ball.t_ns[last_touch], shots)
     ended = np.where(shot & np.isin(ended, ("lost", "contested", "stopped")), "shot", ended)
     return tabled(Possession, trajectories, {
         "team": np.array(SIDES)[team],
@@ -58,15 +58,6 @@ def possession(
 def _within(times: I64, first: I64, last: I64) -> I64:
     """How many of some times lie in each of the intervals, ends included."""
     return np.searchsorted(times, last, "right") - np.searchsorted(times, first)
-
-
-def _shot(t_ns: I64, team: I64, shots: pl.DataFrame) -> Bools:
-    """Mask of the last touches that are shots, untouched next by another robot of the team, bool [n]."""
-    ended = shots.filter(pl.col("outcome") != "own").select(
-        "t_ns", side=pl.col("team").cast(pl.String), shot=pl.lit(value=True)).unique()
-    touches = pl.DataFrame({"t_ns": t_ns, "side": np.array(SIDES)[team]})
-    found = touches.join(ended, on=("t_ns", "side"), how="left", maintain_order="left")
-    return found["shot"].fill_null(value=False).to_numpy()
 
 
 def _stopped(segment: I64, team: I64, over: pl.DataFrame) -> npt.NDArray[np.str_]:

@@ -48,6 +48,9 @@ ROLLING = {
     Kind.HUMAN: Rolling(1.0, 0.0, 0.0),
 }
 
+#: Football's centre circle, its radius as a share of the pitch's length.
+_CIRCLE = 9.15 / 105
+
 
 def shots(
     control: Control, trajectories: pl.DataFrame, over: pl.DataFrame, pitch: Pitch, settings: EventSettings
@@ -81,8 +84,11 @@ def shots(
     names = pl.Series(SIDES).gather(team)
     scored = _scored(last, on_target | aimed, control, over, round(settings.deflected_s * 1e9))
     outcome, by = _outcomes(last, following, on_target, scored, control, trajectories)
-    arrives = _reach(ball, last, following, turn, past) >= pitch.goal_x - 2 * scales.ball_radius
-    found = on_target | (past & arrives) | scored
+    # where both strikers run to the ball, each kick-off would be a shot that is blocked at once
+    kicks_off = _kicks_off(last, ball, pitch)
+    reach = _reach(ball, last, following, turn, past | kicks_off)
+    arrives = reach >= pitch.goal_x - 2 * scales.ball_radius
+    found = scored | (past & arrives) | (on_target & (~kicks_off | (reach >= pitch.goal_x / 2)))
     t_ns = pl.Series(ball.t_ns[last])
     before = in_way(trajectories, names, t_ns, x, y, pitch)
     return tabled(Shots, trajectories, {
@@ -118,6 +124,16 @@ def _left(control: Control) -> tuple[I64, I64]:
     alone = control.team[rows] != NOBODY
     leaves = alone & ((following == NOBODY) | ~same)
     return rows[leaves], following[leaves]
+
+
+def _kicks_off(last: I64, ball: BallInPlay, pitch: Pitch) -> Bools:
+    """Mask of kick-offs, [n]: a segment begins, and its ball first leaves a robot, in the centre circle.
+
+    Places tell it, because not every source tells of kick-offs.
+    """
+    begins = np.searchsorted(ball.segment, ball.segment[last])
+    far: Bools = np.hypot(ball.x, ball.y) > _CIRCLE * pitch.length
+    return np.asarray(np.diff(begins, prepend=NOBODY) != 0) & ~far[begins] & ~far[last]
 
 
 def _at_line(to_x: F64, y: F64, dx: F64, dy: F64) -> tuple[F64, F64]:

@@ -25,6 +25,11 @@ def place(ball: BallInPlay, row: I64, team: I64) -> tuple[F64, F64]:
     return ball.x[row] * turn, ball.y[row] * turn
 
 
+def shoots(t_ns: I64, shots: pl.DataFrame) -> Bools:
+    """Mask of touches at some times, [n]: shots (schema Shots) that no other robot of the team receives."""
+    return np.isin(t_ns, shots.filter(pl.col("outcome") != "own")["t_ns"].to_numpy())
+
+
 def tabled(
     schema: type[Table], trajectories: pl.DataFrame, columns: Mapping[str, npt.NDArray[Any] | pl.Series],
     kept: Bools | None = None,

@@ -132,17 +132,32 @@ def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitc
             pl.col("team") == side, pl.col("role") == "goalkeeper", pl.col("segment").is_not_null())
         places.append(turn * seen.select("x", "y").to_numpy())
     at = np.concatenate(places)
-    shots = faced.filter(pl.col("outcome") != "wide")
-    saved = shots.filter(pl.col("outcome") == "saved")
     if not len(at):
         return _said("Its keeper", "No goalkeeper was seen.")
     out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
     return _said(
         "Its keeper",
         f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
-        f" samples). Of {number_of(shots.height, 'shot')} on target it saved {saved.height}.",
+        f" samples). {saves(faced)}",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
-         for row in _spread(saved).iter_rows(named=True)])
+         for row in _spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
+
+
+def saves(shots: pl.DataFrame) -> str:
+    """A goalkeeper's saves, of the shots that reached it: saved ones and goals, as football counts.
+
+    Args:
+        shots: rows of schema Shots, all at its goal.
+    """
+    came = pl.col("outcome")
+    n, blocked, saved, conceded = (shots.filter(it).height for it in (
+        came != "wide", came == "blocked", came == "saved", came == "goal"))
+    says = f"Of {number_of(n, 'shot')} on target, other robots blocked {blocked}."
+    reached = saved + conceded
+    if not reached:
+        return f"{says} None reached it."
+    share = f"{saved / reached:.0%}"
+    return f"{says} Of {reached} that reached it, it saved {saved} ({share}), and {conceded} went in."
 
 
 def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
