@@ -22,6 +22,7 @@ from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.engine.versions import emit
 from pitchlore.pipeline.store import Store, buckets, mirrors
 from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.pipeline.store.thinning import remove_versions
 from pitchlore.pipeline.store.work import Made
 
 pytest_plugins = ["support.bucket_fixtures"]
@@ -209,6 +210,24 @@ def test_prune_unreadable_manifest(two, server):
     before = server.objects(url)
     assert other.prune_versions() == []
     assert server.objects(url) == before
+
+
+def test_thinned(two, server):
+    """Versions that one machine removes on purpose are gone for the other, which knows that they are not lost."""
+    one, other = two
+    for version in (1, 2, 3):
+        with one.claim("knowledge") as number:
+            one.commit_version(work("knowledge", version=version), made(f"{version}"), number, parent=version - 1 or None)
+    other.catch_up()
+    assert other.read(other.manifest("knowledge", 1), "note") == b"1"
+    with one.locked("knowledge"), one.removing():
+        remove_versions(one, "knowledge", [1, 2])
+    other.catch_up()
+    for store in two:
+        assert store.versions("knowledge") == [3]
+        assert verify_all(store).problems == []
+    assert sorted(server.objects(one.mirror.url))[:1] == ["knowledge/thinned.json"]
+    assert len(server.objects(one.mirror.url)) == 3
 
 
 def test_slow_maker(two):
