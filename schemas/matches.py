@@ -32,7 +32,7 @@ class Matches(Table):
     away = dy.String(description="name of the away team; in a match played here, its kind")
     started_at = dy.Datetime(
         nullable=True, time_unit="us", time_zone="UTC",
-        description="wall-clock time of the first sample, null where the source has none",
+        description="wall-clock time of the first sample; else the date in the name of its file; else null",
     )
     duration_s = dy.Float64(min=0, description="first to last sample", metadata=unit("s"))
     hz = dy.Float64(nullable=True, min=0, description="1 / median sampling interval", metadata=unit("1/s"))

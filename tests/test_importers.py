@@ -22,6 +22,7 @@ from support.mcap_logs import written
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, assert_sound, imported
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.text import date_in
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.importers import readers, source
@@ -169,6 +170,15 @@ def test_inflate() -> None:
 def test_hostile_names_become_safe(name: str, slug: str) -> None:
     """A hostile file name becomes a safe match id."""
     assert open_source(b"data", name).match_id == f"{slug}-3a6eb0790f39"
+
+
+@pytest.mark.parametrize(("name", "day"), [
+    ("foxes-wolves-2026-09-12.csv", "2026-09-12 00:00:00+00:00"), ("20180504161434-MT2018_2-vs-B_0.rcg", "2018-05-04 16:14:34+00:00"),
+    ("2019-07-05_15-20_A-vs-B.log.gz", "2019-07-05 15:20:00+00:00"), ("a_20260912-2500.csv", "2026-09-12 00:00:00+00:00"),
+    ("ssl-2025-robocin-345s.parquet", "None"), ("2026-13-40.csv", "None"), ("123202609121.csv", "None")])
+def test_days_in_names(name: str, day: str) -> None:
+    """The day of a match is in its file's name, however written; numbers that are no day are none."""
+    assert str(date_in(name)) == day
 
 
 @given(st.text(max_size=80), st.binary(max_size=40))

@@ -274,6 +274,11 @@ NUMBERS = {"excel": "taken for days", "days": "taken for days", "ms": "taken for
            "countdown": "t counts down: times are those since its start"}
 
 
+#: When the table begins, by times of a calendar.
+STARTS = {"iso": "2026-05-01 15:00:00+00:00", "zone": "2026-05-01 13:00:00+00:00", "excel": "2025-05-23 00:00:00+00:00",
+          "ms": "2025-06-15 15:06:40+00:00"}
+
+
 @pytest.mark.parametrize("form", ["duration", "datetime", "us", "time", "pandas", "clock", "iso", "zone", "period", "game", *NUMBERS,
                                   "day first", "dots", "noon", "slashes", "UTC", "month"])
 def test_times_that_are_no_numbers(form: str) -> None:
@@ -290,6 +295,7 @@ def test_times_that_are_no_numbers(form: str) -> None:
     assert np.abs(log.frames.t_ns - match(half()).frames.t_ns).max() <= (1000 if form in NUMBERS else 0)
     assert goals(log) == BLUE
     assert NUMBERS.get(form, "") in said(log)
+    assert str(log.info.started_at or "").partition(".")[0] == STARTS.get(form, "")
 
 
 def test_times_that_count_samples() -> None:

@@ -5,10 +5,16 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable
+from contextlib import suppress
+from datetime import UTC, datetime
 from difflib import get_close_matches
 
 #: Most characters of a name that a recording gives.
 NAME_CHARACTERS = 200
+#: A day, and perhaps a time of it, as names of files have them: 2026-09-12, 20260912T1530, 20260912153005.
+_DAY = re.compile(
+    r"(?<!\d)(?P<year>20\d\d)([-_.]?)(?P<month>\d\d)\2(?P<day>\d\d)"
+    r"(?:[T_ -]?(?P<hour>[01]\d|2[0-3])[:h._-]?(?P<minute>[0-5]\d)(?:[:._-]?(?P<second>[0-5]\d))?)?(?!\d)")
 
 
 def printable(text: str, most: int | None = None) -> str:
@@ -24,6 +30,14 @@ def printable(text: str, most: int | None = None) -> str:
     if not text.isprintable():
         text = "".join(c if c.isprintable() else _escaped(c) for c in text)
     return text if most is None or len(text) <= most else f"{text[:most - 1]}…"
+
+
+def date_in(name: str) -> datetime | None:
+    """The first date in a file's name, with its time of day if it has one, taken as UTC; None without one."""
+    for found in _DAY.finditer(name):
+        with suppress(ValueError):  # no day of the calendar
+            return datetime(**{part: int(it) for part, it in found.groupdict("0").items()}, tzinfo=UTC)
+    return None
 
 
 def number_of(count: int, noun: str) -> str:

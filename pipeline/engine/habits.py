@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs
+from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs, by_day
 from pitchlore.pipeline.engine.placement.executors import Executors, Here, executors
 from pitchlore.pipeline.engine.placement.processes import MANY
 from pitchlore.pipeline.engine.tasks import spread
@@ -165,7 +165,8 @@ def _poses(inputs: Inputs, mine: pl.DataFrame) -> dict[str, Poses]:
     """The poses of a team in its matches, the newest first."""
     assert isinstance(inputs, StoreInputs)
     sides = dict(mine.group_by("match_id").len().iter_rows())
-    files = {held.name: held.files[Trajectories.NAME] for held in reversed(inputs["trajectories"])}
+    held = {each.name: each.files[Trajectories.NAME] for each in inputs["trajectories"]}
+    files = {log.name: held[log.name] for log in sorted(inputs["matches"], key=by_day, reverse=True)}
     return {match: Poses(file.sha256, (file.rows or 0) * sides[match])
             for match, file in files.items() if match in sides}
 
@@ -230,7 +231,7 @@ def _of_newest(
     taken = (each.gather_every(every) for each in reversed(clues.values()))
     learned = pl.concat([Clues.empty(), *taken]).drop_nulls("role")
     return learned, {"window_s": settings.window_s, "windows": learned.height, "matches": len(clues),
-                     "newer": 0, "of": {match: poses[match].sha256 for match in clues}}
+                     "newest": order[0], "newer": 0, "of": {match: poses[match].sha256 for match in clues}}
 
 
 def _clues(
@@ -264,7 +265,7 @@ def watched_clock(knowledge: Inputs) -> dict[str, float]:
 def copy_of(knowledge: Mapping[str, Any]) -> dict[str, Any]:
     """The matches of a version's habits, by its details, for a policy's; empty where all matches count."""
     how = knowledge.get(_DETAIL, {})
-    return {"matches": how["matches"], "newest": max(how["of"]), "newer": how["newer"]} if "of" in how else {}
+    return {name: how[name] for name in ("matches", "newest", "newer")} if "of" in how else {}
 
 
 def matches_of(copied: Mapping[str, Any]) -> str:

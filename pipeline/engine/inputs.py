@@ -42,6 +42,11 @@ class Held(Protocol):
         """Its tables and other files, by role; a table's role is its name."""
 
 
+def by_day(log: Held) -> tuple[str, str]:
+    """What a league is sorted by: a match's day and time, those without one first, and its id."""
+    return log.details.get("started_at", ""), log.name
+
+
 class Inputs(Protocol):
     """The inputs of one output, by noun. A table is read, or computed, when it is asked for.
 

@@ -352,6 +352,7 @@ def made(match: MatchLog, data: Content | None = None) -> Made:
             **_bodies(match), "goals": _goals(match),
             "score": {side: row[f"score_{side}"][0] for side in SIDES},
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
+            **({"started_at": row["started_at"][0].isoformat()} if row["started_at"][0] else {}),
             **({"match": match.info.settings["match"]} if "match" in match.info.settings else {}),
             **({"heights": len(match.heights.t_ns)} if len(match.heights.t_ns) else {}),
             **({"options": len(match.options)} if len(match.options) else {}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from pitchlore.pipeline.base.text import date_in
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.schemas import AWAY, HOME, Matches
 
@@ -34,7 +35,8 @@ def row(log: MatchLog) -> pl.DataFrame:
         "source": info.source,
         "home": info.home,
         "away": info.away,
-        "started_at": info.started_at,  # polars turns it into UTC, and takes a naive one for UTC
+        # polars turns it into UTC, and takes a naive one for UTC
+        "started_at": info.started_at or date_in(info.source),
         "duration_s": int(frames.t_ns.max() - frames.t_ns.min()) / 1e9 if len(frames) else 0.0,
         "hz": 1e9 / float(np.median(steps)) if len(steps) else None,
         "robots_per_team": most,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
 from typing import Literal
 
 import numpy as np
@@ -13,6 +16,11 @@ from pitchlore.pipeline.importers.tracking.texts import is_number
 TimeUnit = Literal["s", "ms", "us", "ns", "days"]
 
 _NS = 1_000_000_000
+#: Nanoseconds of each unit of time.
+UNITS_NS = {"s": _NS, "ms": 10**6, "us": 1_000, "ns": 1, "min": 60 * _NS, "days": 86_400 * _NS}
+#: Where times of a calendar count from, and days of spreadsheets; a match is of one of these years.
+_EPOCH, _DAY_0 = datetime(1970, 1, 1, tzinfo=UTC), datetime(1899, 12, 30, tzinfo=UTC)
+_YEARS = range(2000, 2100)
 #: A clock, as text: days, hours, minutes, seconds; and minutes and seconds of stoppage time after a plus.
 _CLOCK = (r"^(?:(?P<d>\d+) days?,? *\+?)?(?:(?P<h>\d+):)?(?P<m>\d+):(?P<s>\d+(?:[.,]\d+)?)"
           r"(?: ?\+ ?(?P<am>\d+):(?P<as>\d+(?:[.,]\d+)?))?$")
@@ -76,6 +84,23 @@ def _row(column: pl.Series, wrong: str) -> str:
     """Words for the first row with a value; row 1 is the first under the header."""
     rows = (column == wrong).arg_true()
     return f" (row {rows[0] + 1})" if len(rows) else ""
+
+
+def start_of(column: pl.Series, unit: str) -> datetime | None:
+    """The day and time of the earliest time of a calendar, taken as UTC; None of times that are of none.
+
+    Args:
+        column: times as numbers, or as text that has such: since 1970, days as spreadsheets count them.
+        unit: their unit: s, ms, us, ns, min or days.
+    """
+    earliest = column.cast(pl.Int64 if column.dtype.is_integer() else pl.Float64, strict=False).min()
+    if not isinstance(earliest, (int, float)) or not math.isfinite(earliest):
+        return None
+    with suppress(OverflowError):
+        since = timedelta(microseconds=int(earliest * UNITS_NS[unit] // 1000))
+        start = (_DAY_0 if unit == "days" else _EPOCH) + since
+        return start if start.year in _YEARS else None
+    return None
 
 
 def _parsed(texts: pl.Series, first: str) -> pl.Series | None:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.importers.forms.clocks import UNITS_NS
 from pitchlore.pipeline.importers.forms.words import meant
 from pitchlore.pipeline.importers.rows import MAX_SCORE
 from pitchlore.pipeline.importers.tracking.mapping import Columns, TrackingMap
@@ -22,7 +23,6 @@ _MAX_SPAN_NS = 86_400_000_000_000
 _ABSENT = ("", "null", "None", "NA")
 _NOTHING = (*_ABSENT, "nan", "NaN")
 
-_NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 1_000, "ns": 1, "min": 60 * 10**9, "days": 86_400 * 10**9}
 #: A number with a decimal comma, in two parts.
 _DECIMAL_COMMA = r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$"
 #: Columns of a file that are named where one is missing.
@@ -50,7 +50,7 @@ def typed(raw: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFr
     """
     flaws = []
     columns = [_typed(column, name) for column in raw if column.name != "t"]
-    columns.append(_times(raw["t"], _NANOSECONDS[mapping.units.time], name))
+    columns.append(_times(raw["t"], UNITS_NS[mapping.units.time], name))
     table = pl.DataFrame(columns)
     if "frame" not in table.columns:
         table = table.with_columns((pl.col("t_ns").rank("dense").cast(pl.Int64) - 1).alias("frame"))
@@ -174,7 +174,7 @@ def _reals(column: pl.Series, name: str) -> pl.Series:
 
 def _times(column: pl.Series, unit: int, name: str) -> pl.Series:
     """Nanoseconds from the earliest sample, Int64; null where the time is absent."""
-    integral = column.dtype.is_integer() or (column.dtype == pl.String and unit < _NANOSECONDS["s"])
+    integral = column.dtype.is_integer() or (column.dtype == pl.String and unit < UNITS_NS["s"])
     whole = column.cast(pl.Int64, strict=False) if integral else column
     if not whole.dtype.is_integer() or whole.null_count() > column.null_count():
         real = _reals(column, name)

@@ -45,7 +45,7 @@ function start(match, known) {
     row.append(
       element("span", "time", clock(t)), element("span", `chip ${maker ?? "unknown"}`, robot ?? "?"),
       element("span", "what", kind === "error" ? `error of ${teams[maker]}` : kind ?? teams[team] ?? "scorer unknown"),
-      element("span", "code", match.scoreAt(t).join(" : ")));
+      element("span", "code", match.scoreWords(t)));
     if (kind !== null) row.dataset.term = "goals";
     row.style.borderLeftColor = `var(--${team ?? "muted"})`;
     row.addEventListener("click", () => { seek(t - BEFORE_GOAL); say(row.querySelector(".what").textContent); });
@@ -67,7 +67,7 @@ function start(match, known) {
   }
 
   function writeWords() {
-    $("score").textContent = match.scoreAt(state.t).join(" : ");
+    $("score").textContent = match.scoreWords(state.t);
     $("clock").textContent = `${clock(state.t, 1)} / ${clock(end)}`;
     const now = match.moment(state.t), placed = !state.playing || Math.abs(state.t - writeWords.last) > 1000;
     if (placed) { // for screen readers, who cannot see the pitch

@@ -162,17 +162,20 @@ function understand(match) {
   }
 
   /** Goals of home and of away at t: as the referee gave them, or before that counted; "?" after a goal whose scorer is
-   *  unknown, and where nobody told the score. */
+   *  unknown, and where nobody told the score or a goal. */
   function scoreAt(t) {
     const score = match.scores[before(scoreTimes, t)];
     const unknown = match.goals.findLast(([at, team]) => at <= t && team === null);
-    if (!match.scores.length || (unknown && !(score && score[0] >= unknown[0]))) return ["?", "?"];
+    if (!(match.scores.length || match.goals.length) || (unknown && !(score && score[0] >= unknown[0]))) return ["?", "?"];
     const counted = (team) => match.goals.filter(([at, by]) => at <= t && by === team).length;
     return score ? [score[1], score[2]] : [counted("home"), counted("away")];
   }
 
+  /** The score at t in words, and that it is counted where nobody told it. */
+  const scoreWords = (t) => scoreAt(t).join(" : ") + (match.scores.length || !match.goals.length ? "" : " counted");
+
   return {
     ...match, end, robots, ball, teams, goalTimes, restarts, dead, crowded: robots.length > 8,
-    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreAt, goalTitle, goalAt,
+    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreWords, goalTitle, goalAt,
   };
 }

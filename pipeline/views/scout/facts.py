@@ -32,7 +32,8 @@ class Numbers(NamedTuple):
         through: number of through passes among these.
         shots: on target.
         wide: shots past the post.
-        goals: goals then, by the table goals; over a whole match the final score; None where that is unknown.
+        goals: goals then, by the table goals; over a whole match the final score, or where that is unknown
+            the goals that are known (:func:`is_counted`); None where there are none.
         lost: possessions that the adversary ended.
         pressed: how often its robots pressed.
         won: how often that won the ball.
@@ -54,6 +55,12 @@ class Numbers(NamedTuple):
     xg: float | None = None
 
 
+def is_counted(match: MatchTables) -> bool:
+    """True if nobody tells the score, so that the goals count whose team is known for all."""
+    told = match.matches.select(f"score_{side}" for side in SIDES).row(0)
+    return None in told and not match.goals.is_empty() and not match.goals["team"].null_count()
+
+
 def numbers(match: MatchTables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[str, Numbers]:
     """Each side in numbers, of what begins in an interval of a match, end exclusive."""
 
@@ -71,7 +78,8 @@ def numbers(match: MatchTables, start_ns: int = 0, end_ns: int = 1 << 62) -> dic
     known = not match.chances["xg"].null_count()
     row = match.matches.row(0, named=True)
     unknown = match.goals.is_empty() and any(row[f"score_{side}"] is None for side in SIDES)
-    whole = start_ns <= 0 and end_ns > row["duration_s"] * 1e9
+    whole, counted = start_ns <= 0 and end_ns > row["duration_s"] * 1e9, is_counted(match)
+    told = {side: row[f"score_{side}"] for side in SIDES}
     scored = within(match.goals, "t_ns")["team"].drop_nulls().cast(pl.String).to_list()
     ahead = float((ball["x"].to_numpy() > 0).mean()) if ball.height else 0.0
     found = dict[str, Numbers]()
@@ -85,7 +93,7 @@ def numbers(match: MatchTables, start_ns: int = 0, end_ns: int = 1 << 62) -> dic
             territory if ball.height else None,
             own["passes"].height, int(own["passes"]["through"].sum()),
             own["shots"].height - wide, wide,
-            row[f"score_{side}"] if whole or row[f"score_{side}"] is None else scored.count(side),
+            told[side] if not counted and (whole or told[side] is None) else scored.count(side),
             own["held"].filter(pl.col("ended") == "lost").height,
             own["pressed"].height, int(own["pressed"]["won"].sum()),
             None if unknown else own["shots"].filter(pl.col("outcome") == "goal").height,
@@ -209,10 +217,10 @@ class ByLead(NamedTuple):
 def by_lead(match: MatchTables) -> dict[str, dict[str, ByLead]]:
     """Each side while it leads, is level and trails. What begins before a goal counts as before it.
 
-    The score is that of the table goals; a goal of nobody knows whom changes nothing. Where nobody knows the
-    final score, nobody knows who leads: no time counts.
+    The score is that of the table goals; a goal of nobody knows whom changes nothing. Where neither the final
+    score nor goals are known, nobody knows who leads: no time counts.
     """
-    if match.matches.select("score_home", "score_away").null_count().sum_horizontal()[0]:
+    if None in match.matches.select("score_home", "score_away").row(0) and not is_counted(match):
         return {side: dict.fromkeys(LEADS, ByLead(0.0, 0.0, 0.0, 0, 0)) for side in SIDES}
     goals = match.goals.drop_nulls("team").sort("t_ns").select("t_ns", lead=pl.when(
         pl.col("team") == SIDES[0]).then(1).otherwise(-1).cum_sum())

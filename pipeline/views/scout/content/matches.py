@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from pitchlore.pipeline.views.scout.facts import (
     balance,
     by_lead,
     halves,
+    is_counted,
     markers,
     numbers,
     parts,
@@ -64,7 +65,8 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
         for t_ns, team in match.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
-        "score": score(row), "seconds": row["duration_s"], "flaws": _flaws(match),
+        "score": score_words((counts[0][side].goals for side in SIDES), counted=is_counted(match)),
+        "seconds": row["duration_s"], "flaws": _flaws(match),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "called": names, "changes": changes, "changed": reported_changes([
             (f"{names[side]}: {label}", changes[side][name])
@@ -93,10 +95,12 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
 def line(match: LeagueMatch, kept: MatchAnswers) -> dict[str, Any]:
     """A match's line in the league, JSON-able; ``kept`` is what the pages of its teams need of it."""
     row, own, leads = match.matches.row(0, named=True), numbers(match), by_lead(match)
+    counted = is_counted(match)
     ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
     return {
-        "score": score(row), "seconds": row["duration_s"], "played_s": played_s(match.trajectories),
+        "score": score_words((own[side].goals for side in SIDES), counted=counted), "counted": counted,
+        "seconds": row["duration_s"], "played_s": played_s(match.trajectories),
         "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
         "flaws": _flaws(match), "numbers": {side: it._asdict() for side, it in own.items()},
@@ -134,9 +138,9 @@ def _changes(
     return found
 
 
-def score(row: dict[str, Any]) -> str:
-    """The score in words; what is not known is a question mark."""
-    return " : ".join("?" if row[f"score_{side}"] is None else str(row[f"score_{side}"]) for side in SIDES)
+def score_words(goals: Iterable[int | None], *, counted: bool) -> str:
+    """A score in words; what is not known is a question mark. ``counted`` as by :func:`is_counted`."""
+    return " : ".join("?" if it is None else str(it) for it in goals) + " counted" * counted
 
 
 def _flaws(match: LeagueMatch) -> str:

@@ -11,7 +11,7 @@ import polars as pl
 from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound
 from pitchlore.pipeline.engine.catalog import check_files
-from pitchlore.pipeline.engine.inputs import StoreInputs
+from pitchlore.pipeline.engine.inputs import StoreInputs, by_day
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.tables import MatchTables, TableOf
 from pitchlore.pipeline.store import Store
@@ -83,7 +83,7 @@ class LeagueMatch(MatchTables):
 
 
 def played(store: Store) -> Iterator[LeagueMatch]:
-    """The matches that have run up to their events and sequences, sorted by id; others are left out.
+    """The matches that have run up to their events and sequences, by :func:`by_day`; others are left out.
 
     Raises:
         CorruptFile: if a receipt or a table is damaged, unless the store may leave its match out.
@@ -91,7 +91,7 @@ def played(store: Store) -> Iterator[LeagueMatch]:
     nouns = (*_NOUNS, "sequences")
     damaged = {file.receipt.name: file.error for file in check_files(store)
                if file.receipt.noun in nouns and file.record.table is not None}
-    for log in store.receipts("matches"):
+    for log in sorted(store.receipts("matches"), key=by_day):
         try:
             if log.name in damaged:
                 raise damaged[log.name]
