@@ -1,0 +1,214 @@
+"""Effects of doing a behaviour by the draws of a trial, and estimates of them from recordings without draws.
+
+A *pair* is a role and a code, with the cells in which it is seen. All values are changes of V in the second
+that follows, less what the team itself does there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from doing.trial import USUAL, Seconds
+from doing.watched import Watched
+from sklearn.ensemble import HistGradientBoostingClassifier, HistGradientBoostingRegressor
+
+from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
+from pitchlore.pipeline.numbers.threads import one_thread
+from pitchlore.schemas import ROLES
+from pitchlore.schemas.options import OPTIONS
+
+#: Cells by role and code.
+Pairs = Mapping[tuple[str, int], I64]
+#: Folds by match; trees of what is expected, of propensities; the least propensity that is used.
+FOLDS, LEAST = 3, 0.02
+EXPECTED = {"max_iter": 80, "learning_rate": 0.08, "max_leaf_nodes": 15, "min_samples_leaf": 200,
+            "l2_regularization": 20.0, "early_stopping": False, "random_state": 0}
+OF_OPTION = EXPECTED | {"max_iter": 40, "max_leaf_nodes": 6, "min_samples_leaf": 100}
+PROPENSITY = EXPECTED | {"max_iter": 25, "learning_rate": 0.15, "min_samples_leaf": 100}
+#: Moments of a role at which propensities are learned, at most.
+_MOST = 20_000
+
+
+def clues(sight: F32, role: I64) -> F32:
+    """What trees see: the sight and the role, float32 [n, 31]."""
+    return np.column_stack([sight, role.astype(np.float32)])
+
+
+def _grown(observation: F32, change: F64, how: Mapping[str, object]) -> HistGradientBoostingRegressor:
+    with one_thread():
+        return HistGradientBoostingRegressor(**how).fit(observation, change)  # type: ignore[no-untyped-call]
+
+
+def _told(trees: HistGradientBoostingRegressor, observation: F32) -> F64:
+    with one_thread():
+        found: F64 = trees.predict(observation)
+    return found
+
+
+def expected(observation: F32, change: F64, match: I64, learned: Bools | None = None) -> F64:
+    """Change that is expected at each observation, by trees of other matches' rows (``learned``: of these)."""
+    learned = np.ones(len(match), dtype=bool) if learned is None else learned
+    found, fold = np.empty(len(match)), np.unique(match, return_inverse=True)[1] % FOLDS
+    for own in range(FOLDS):
+        rest = learned & (fold != own)
+        found[fold == own] = _told(_grown(observation[rest], change[rest], EXPECTED), observation[fold == own])
+    return found
+
+
+class Drawn(NamedTuple):
+    """Sums by pair and match of what is left of V's change after what is expected.
+
+    Attributes:
+        did: float64 [P, M, 2], drawn seconds: weighted sum, and sum of weights. A weight is one over the
+            chance of the draw, times a constant.
+        went_on: the same of seconds in which the team went on; all weights are 1.
+        count: int64 [P], drawn seconds.
+    """
+
+    did: F64
+    went_on: F64
+    count: I64
+
+    def effects(self, times: F64 | None = None) -> F64:
+        """Effect of each pair, float64 [P]; ``times``: how often each match counts, float64 [M]."""
+        times = np.ones(self.did.shape[1]) if times is None else times
+        one, other = (np.einsum("pmk,m->pk", sums, times) for sums in (self.did, self.went_on))
+        with np.errstate(invalid="ignore"):
+            found: F64 = one[:, 0] / one[:, 1] - other[:, 0] / other[:, 1]
+        return found
+
+    def drawn_anew(self, times: int, seed: int = 0) -> F64:
+        """Effects with matches drawn anew, float64 [times, P] (bootstrap)."""
+        rng, matches = np.random.default_rng(seed), self.did.shape[1]
+        return np.array([
+            self.effects(np.bincount(rng.integers(matches, size=matches), minlength=matches).astype(float))
+            for _ in range(times)])
+
+
+def of_draws(seconds: Seconds, pairs: Pairs, offered: Bools, left: F64) -> Drawn:
+    """The sums of a trial.
+
+    Args:
+        seconds: seconds of the trial.
+        pairs: pairs that were offered.
+        offered: bool [roles, 36, options].
+        left: float64 [n], V's change less what is expected of the team itself at the observation.
+    """
+    weight = offered.sum(axis=2)[seconds.role, seconds.cell].astype(np.float64)
+    matches, match = np.unique(seconds.match, return_inverse=True)
+    did, went_on = np.zeros((2, len(pairs), len(matches), 2))
+    count = np.zeros(len(pairs), dtype=np.int64)
+    for place, ((role, code), cells) in enumerate(pairs.items()):
+        there = (seconds.role == ROLES.index(role)) & np.isin(seconds.cell, cells)
+        drawn = there & (seconds.option == OPTIONS.index(code))
+        usual = there & (seconds.option == USUAL)
+        np.add.at(did[place], match[drawn], np.column_stack([left * weight, weight])[drawn])
+        np.add.at(went_on[place], match[usual], np.column_stack([left, np.ones(len(left))])[usual])
+        count[place] = drawn.sum()
+    return Drawn(did, went_on, count)
+
+
+def left_of(seconds: Seconds, ahead: int = 0) -> F64:
+    """V's change less what is expected of the team itself, cross-fitted by match; ``ahead``: column of it."""
+    observation = clues(seconds.sight, seconds.role)
+    change = seconds.change[:, ahead].astype(np.float64)
+    return change - expected(observation, change, seconds.match, seconds.option == USUAL)
+
+
+def adjusted(moments: Watched, label: I64, pairs: Pairs) -> F64:
+    """Mean change of V beyond what is expected at the observation, at moments that are labelled so."""
+    left = moments.change - expected(clues(moments.sight, moments.role), moments.change, moments.match)
+    found = []
+    for (role, code), cells in pairs.items():
+        own = left[_at(moments, role, cells) & (label == OPTIONS.index(code))]
+        found.append(own.mean() if len(own) else np.nan)
+    return np.array(found)
+
+
+def _at(moments: Watched, role: str, cells: I64) -> Bools:
+    there: Bools = (moments.role == ROLES.index(role)) & np.isin(moments.cell, cells)
+    return there
+
+
+def doubly_robust(moments: Watched, label: I64, pairs: Pairs) -> F64:
+    """Doubly robust estimates (Robins, Rotnitzky and Zhao 1994), for moments of the cells of each pair.
+
+    Outcome: trees of each option on what is left after the expected. Propensity: trees by role. Moments
+    with a propensity below LEAST are left out.
+    """
+    observation = clues(moments.sight, moments.role)
+    left = moments.change - expected(observation, moments.change, moments.match)
+    fold = np.unique(moments.match, return_inverse=True)[1] % FOLDS
+    places = {pair: place for place, pair in enumerate(pairs)}
+    found = np.full(len(pairs), np.nan)
+    rng = np.random.default_rng(0)
+    for role in ROLES:
+        mine = moments.role == ROLES.index(role)
+        chance = np.zeros((len(left), len(OPTIONS)))
+        for own in range(FOLDS):
+            rest = np.flatnonzero(mine & (fold != own) & (label >= 0))
+            rest = rng.permutation(rest)[:_MOST]
+            with one_thread():
+                model = HistGradientBoostingClassifier(**PROPENSITY).fit(observation[rest], label[rest])
+                here = np.flatnonzero(mine & (fold == own))
+                chance[np.ix_(here, model.classes_)] = model.predict_proba(observation[here])
+        for (of_role, code), cells in pairs.items():
+            if of_role != role:
+                continue
+            option = OPTIONS.index(code)
+            there = _at(moments, role, cells) & (chance[:, option] >= LEAST)
+            did = label == option
+            if (there & did).sum() < 30:
+                continue
+            outcome = np.zeros(len(left))
+            for own in range(FOLDS):
+                rest, here = mine & (fold != own) & did, there & (fold == own)
+                if here.any() and rest.sum() >= 2 * OF_OPTION["min_samples_leaf"]:
+                    outcome[here] = _told(_grown(observation[rest], left[rest], OF_OPTION), observation[here])
+                elif here.any() and rest.any():
+                    outcome[here] = left[rest].sum() / (rest.sum() + OF_OPTION["min_samples_leaf"])
+            weight = np.where(did, 1 / np.maximum(chance[:, option], LEAST), 0.0)
+            psi = outcome + weight * (left - outcome)
+            found[places[of_role, code]] = (psi - left)[there].mean()
+    return found
+
+
+class Effects(NamedTuple):
+    """A model of doing, learned from the draws of trials of some teams.
+
+    Attributes:
+        usual: trees of V's change where those teams went on.
+        of_option: trees of what each option changes beyond that, by index in OPTIONS.
+    """
+
+    usual: HistGradientBoostingRegressor
+    of_option: Mapping[int, HistGradientBoostingRegressor]
+
+    @classmethod
+    def fit(cls, seconds: Seconds) -> Effects:
+        """Learn it."""
+        observation, change = clues(seconds.sight, seconds.role), seconds.change[:, 0].astype(np.float64)
+        usual = _grown(observation[seconds.option == USUAL], change[seconds.option == USUAL], EXPECTED)
+        left = change - _told(usual, observation)
+        return cls(usual, {int(option): _grown(observation[own], left[own], OF_OPTION)
+                           for option in np.unique(seconds.option) if option != USUAL
+                           and (own := seconds.option == option).sum() >= 2 * OF_OPTION["min_samples_leaf"]})
+
+    def carried_over(self, moments: Watched, pairs: Pairs, own: bool = False) -> F64:
+        """Mean effect of each pair at a team's moments in its cells.
+
+        ``own``: less what that team itself changes there, by its recordings; else less what the teams of the
+        trials change.
+        """
+        observation = clues(moments.sight, moments.role)
+        gap = np.zeros(len(observation))
+        if own:
+            gap = _told(self.usual, observation) - expected(observation, moments.change, moments.match)
+        found = []
+        for (role, code), cells in pairs.items():
+            there, option = _at(moments, role, cells), OPTIONS.index(code)
+            known = self.of_option.get(option)
+            found.append(np.nan if known is None else (_told(known, observation[there]) + gap[there]).mean())
+        return np.array(found)
