@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values surely study-options ssl-options from-recordings from-recordings-psim ppo-demonstrator imitation-gain rebuilt \
+.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values surely doing study-options ssl-options from-recordings from-recordings-psim ppo-demonstrator imitation-gain rebuilt \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial penalties tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -139,7 +139,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values surely study-options ssl-options from-recordings paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about thirteen hours)
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values surely doing study-options ssl-options from-recordings paradigms seasons sensitivity looking trial penalties  ## most studies, into data/studies/ (about thirteen hours)
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -236,6 +236,9 @@ study-values: $(READY)  ## whether V and the values of behaviours predict (a qua
 surely: $(READY)  ## of behaviours said to go surely with better or worse chances, how many do in other matches (ten minutes)
 	$(BIN)/python data/studies/surely/study.py $(STUDY_DATA)/surely
 	$(BIN)/python data/studies/surely/acts.py $(STUDY_DATA)/surely
+
+doing: $(READY)  ## a value of doing a behaviour, beside random draws; and the best inserted (twenty minutes)
+	$(BIN)/python data/studies/doing/study.py $(STUDY_DATA)/doing
 
 study-options: $(READY)  ## ratios and classes of options, and what is recovered beside what was done (an hour)
 	$(BIN)/python data/studies/options/shipped.py

@@ -7,7 +7,7 @@ import doing.study
 import numpy as np
 import polars as pl
 import pytest
-from doing.estimates import adjusted, doubly_robust, left_of, of_draws
+from doing.estimates import adjusted, doubly_robust, left_of, left_of_moments, of_draws
 from doing.study import Inserted, Sizes
 from doing.trial import CELLS, USUAL, Game, Seconds, offered_of, played
 from doing.watched import Watched
@@ -51,7 +51,7 @@ def test_a_confounded_behaviour():
     naive = change[label == OPTIONS.index(REACHES)].mean() - change.mean()
     assert naive > 0.1
     for estimate in (adjusted, doubly_robust):
-        assert np.abs(estimate(watched, label, PAIRS)).max() < naive / 2
+        assert np.abs(estimate(watched, label, PAIRS, left_of_moments(watched))).max() < naive / 2
 
 
 def test_robots_do_what_is_drawn():
@@ -74,8 +74,8 @@ def test_robots_do_what_is_drawn():
 def test_the_study_runs(tmp_path, monkeypatch):
     """A tiny study has the columns of the tables that are kept; a team without insertions is level with itself."""
     monkeypatch.setattr(doing.study, "REPORTED", ("pressing",))
-    sizes = Sizes(both := dict.fromkeys(("static", "counter", "pressing"), 2), both, {"carried over": 1, "today": 1}, 120.0, 20)
+    sizes = Sizes(both := dict.fromkeys(("static", "counter", "pressing"), 2), both, {"carried over": 1, "today": 1}, 240.0, 20)
     doing.study.main(tmp_path, tmp_path / "data", sizes)
-    for name in ("correlations", "pairs", "inserted"):
+    for name in ("correlations", "seconds", "pairs", "inserted"):
         assert pl.read_csv(tmp_path / f"{name}.csv").columns == pl.read_csv(doing.study.FOLDER / f"{name}.csv").columns
     assert Inserted("static", {}, 60.0).ahead([3])["difference"].to_list() == [0.0]

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from doing.trial import USUAL, Seconds
 from doing.watched import Watched
+from scipy.stats import spearmanr
 from sklearn.ensemble import HistGradientBoostingClassifier, HistGradientBoostingRegressor
 
 from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
@@ -26,34 +27,39 @@ FOLDS, LEAST = 3, 0.02
 EXPECTED = {"max_iter": 80, "learning_rate": 0.08, "max_leaf_nodes": 15, "min_samples_leaf": 200,
             "l2_regularization": 20.0, "early_stopping": False, "random_state": 0}
 OF_OPTION = EXPECTED | {"max_iter": 40, "max_leaf_nodes": 6, "min_samples_leaf": 100}
-PROPENSITY = EXPECTED | {"max_iter": 25, "learning_rate": 0.15, "min_samples_leaf": 100}
+PROPENSITY = EXPECTED | {"max_iter": 15, "learning_rate": 0.2, "min_samples_leaf": 100}
 #: Moments of a role at which propensities are learned, at most.
-_MOST = 20_000
+_MOST = 8_000
+#: Further moments of an option that the team is taken to have had without any change.
+_AS_USUAL = 100
 
 
 def clues(sight: F32, role: I64) -> F32:
-    """What trees see: the sight and the role, float32 [n, 31]."""
+    """Inputs of trees: the sight and the role, float32 [n, 31]."""
     return np.column_stack([sight, role.astype(np.float32)])
 
 
 def _grown(observation: F32, change: F64, how: Mapping[str, object]) -> HistGradientBoostingRegressor:
     with one_thread():
-        return HistGradientBoostingRegressor(**how).fit(observation, change)  # type: ignore[no-untyped-call]
+        trees = HistGradientBoostingRegressor(**how)  # type: ignore[no-untyped-call]
+        trees.fit(observation, change)
+        return trees
 
 
 def _told(trees: HistGradientBoostingRegressor, observation: F32) -> F64:
     with one_thread():
-        found: F64 = trees.predict(observation)
+        found: F64 = trees.predict(observation)  # type: ignore[no-untyped-call]
     return found
 
 
 def expected(observation: F32, change: F64, match: I64, learned: Bools | None = None) -> F64:
-    """Change that is expected at each observation, by trees of other matches' rows (``learned``: of these)."""
+    """Change that is expected at each observation, by trees of the rows of other matches (``learned``)."""
     learned = np.ones(len(match), dtype=bool) if learned is None else learned
     found, fold = np.empty(len(match)), np.unique(match, return_inverse=True)[1] % FOLDS
-    for own in range(FOLDS):
+    for own in np.unique(fold):
         rest = learned & (fold != own)
-        found[fold == own] = _told(_grown(observation[rest], change[rest], EXPECTED), observation[fold == own])
+        trees = _grown(observation[rest], change[rest], EXPECTED)
+        found[fold == own] = _told(trees, observation[fold == own])
     return found
 
 
@@ -64,12 +70,12 @@ class Drawn(NamedTuple):
         did: float64 [P, M, 2], drawn seconds: weighted sum, and sum of weights. A weight is one over the
             chance of the draw, times a constant.
         went_on: the same of seconds in which the team went on; all weights are 1.
-        count: int64 [P], drawn seconds.
+        seconds: int64 [P], drawn seconds.
     """
 
     did: F64
     went_on: F64
-    count: I64
+    seconds: I64
 
     def effects(self, times: F64 | None = None) -> F64:
         """Effect of each pair, float64 [P]; ``times``: how often each match counts, float64 [M]."""
@@ -78,6 +84,14 @@ class Drawn(NamedTuple):
         with np.errstate(invalid="ignore"):
             found: F64 = one[:, 0] / one[:, 1] - other[:, 0] / other[:, 1]
         return found
+
+    def agreement(self, times: int = 100) -> float:
+        """Rank correlation that the effects of two such trials would have, by halves of the matches."""
+        rng, matches, found = np.random.default_rng(0), self.did.shape[1], []
+        for _ in range(times):
+            half = (rng.permutation(matches) < matches // 2).astype(float)
+            found.append(spearmanr(self.effects(half), self.effects(1 - half), nan_policy="omit").statistic)
+        return float(2 * np.mean(found) / (1 + np.mean(found)))
 
     def drawn_anew(self, times: int, seed: int = 0) -> F64:
         """Effects with matches drawn anew, float64 [times, P] (bootstrap)."""
@@ -117,9 +131,8 @@ def left_of(seconds: Seconds, ahead: int = 0) -> F64:
     return change - expected(observation, change, seconds.match, seconds.option == USUAL)
 
 
-def adjusted(moments: Watched, label: I64, pairs: Pairs) -> F64:
-    """Mean change of V beyond what is expected at the observation, at moments that are labelled so."""
-    left = moments.change - expected(clues(moments.sight, moments.role), moments.change, moments.match)
+def adjusted(moments: Watched, label: I64, pairs: Pairs, left: F64) -> F64:
+    """Mean of what is left of V's change at moments that are labelled so."""
     found = []
     for (role, code), cells in pairs.items():
         own = left[_at(moments, role, cells) & (label == OPTIONS.index(code))]
@@ -127,33 +140,39 @@ def adjusted(moments: Watched, label: I64, pairs: Pairs) -> F64:
     return np.array(found)
 
 
+def left_of_moments(moments: Watched) -> F64:
+    """V's change beyond what is expected at the observation, cross-fitted by match, float64 [n]."""
+    return moments.change - expected(clues(moments.sight, moments.role), moments.change, moments.match)
+
+
 def _at(moments: Watched, role: str, cells: I64) -> Bools:
     there: Bools = (moments.role == ROLES.index(role)) & np.isin(moments.cell, cells)
     return there
 
 
-def doubly_robust(moments: Watched, label: I64, pairs: Pairs) -> F64:
+def doubly_robust(moments: Watched, label: I64, pairs: Pairs, left: F64) -> F64:
     """Doubly robust estimates (Robins, Rotnitzky and Zhao 1994), for moments of the cells of each pair.
 
-    Outcome: trees of each option on what is left after the expected. Propensity: trees by role. Moments
-    with a propensity below LEAST are left out.
+    Outcome: what is expected at the observation, and an offset of each role and option. Propensity: trees by
+    role. Moments with a propensity below LEAST are left out.
     """
     observation = clues(moments.sight, moments.role)
-    left = moments.change - expected(observation, moments.change, moments.match)
     fold = np.unique(moments.match, return_inverse=True)[1] % FOLDS
     places = {pair: place for place, pair in enumerate(pairs)}
     found = np.full(len(pairs), np.nan)
     rng = np.random.default_rng(0)
-    for role in ROLES:
+    for role in (role for role in ROLES if any(role == own for own, _ in pairs)):
         mine = moments.role == ROLES.index(role)
         chance = np.zeros((len(left), len(OPTIONS)))
-        for own in range(FOLDS):
+        for own in np.unique(fold):
             rest = np.flatnonzero(mine & (fold != own) & (label >= 0))
             rest = rng.permutation(rest)[:_MOST]
             with one_thread():
-                model = HistGradientBoostingClassifier(**PROPENSITY).fit(observation[rest], label[rest])
+                model = HistGradientBoostingClassifier(**PROPENSITY)  # type: ignore[no-untyped-call]
+                model.fit(observation[rest], label[rest])
                 here = np.flatnonzero(mine & (fold == own))
-                chance[np.ix_(here, model.classes_)] = model.predict_proba(observation[here])
+                told = model.predict_proba(observation[here])  # type: ignore[no-untyped-call]
+            chance[np.ix_(here, model.classes_)] = told
         for (of_role, code), cells in pairs.items():
             if of_role != role:
                 continue
@@ -162,13 +181,8 @@ def doubly_robust(moments: Watched, label: I64, pairs: Pairs) -> F64:
             did = label == option
             if (there & did).sum() < 30:
                 continue
-            outcome = np.zeros(len(left))
-            for own in range(FOLDS):
-                rest, here = mine & (fold != own) & did, there & (fold == own)
-                if here.any() and rest.sum() >= 2 * OF_OPTION["min_samples_leaf"]:
-                    outcome[here] = _told(_grown(observation[rest], left[rest], OF_OPTION), observation[here])
-                elif here.any() and rest.any():
-                    outcome[here] = left[rest].sum() / (rest.sum() + OF_OPTION["min_samples_leaf"])
+            seen = mine & did
+            outcome = left[seen].sum() / (seen.sum() + _AS_USUAL)
             weight = np.where(did, 1 / np.maximum(chance[:, option], LEAST), 0.0)
             psi = outcome + weight * (left - outcome)
             found[places[of_role, code]] = (psi - left)[there].mean()
@@ -196,19 +210,19 @@ class Effects(NamedTuple):
                            for option in np.unique(seconds.option) if option != USUAL
                            and (own := seconds.option == option).sum() >= 2 * OF_OPTION["min_samples_leaf"]})
 
-    def carried_over(self, moments: Watched, pairs: Pairs, own: bool = False) -> F64:
-        """Mean effect of each pair at a team's moments in its cells.
+    def carried_over(self, moments: Watched, pairs: Pairs) -> F64:
+        """Mean of what each pair's option would change at a team's moments in the pair's cells, float64 [P].
 
-        ``own``: less what that team itself changes there, by its recordings; else less what the teams of the
-        trials change.
+        It is what it changes beyond what the teams of the trials change there: that this team itself changes
+        another amount plays no part. NaN for an option that the trials have not.
         """
-        observation = clues(moments.sight, moments.role)
-        gap = np.zeros(len(observation))
-        if own:
-            gap = _told(self.usual, observation) - expected(observation, moments.change, moments.match)
-        found = []
+        observation, found = clues(moments.sight, moments.role), []
         for (role, code), cells in pairs.items():
-            there, option = _at(moments, role, cells), OPTIONS.index(code)
-            known = self.of_option.get(option)
-            found.append(np.nan if known is None else (_told(known, observation[there]) + gap[there]).mean())
+            there, known = _at(moments, role, cells), self.of_option.get(OPTIONS.index(code))
+            found.append(np.nan if known is None else _told(known, observation[there]).mean())
         return np.array(found)
+
+    def gap(self, moments: Watched, pairs: Pairs, left: F64) -> F64:
+        """V's change by the teams of the trials less that by this team, in each pair's cells, float64 [P]."""
+        more = _told(self.usual, clues(moments.sight, moments.role)) - (moments.change - left)
+        return np.array([more[_at(moments, role, cells)].mean() for (role, _), cells in pairs.items()])

@@ -65,11 +65,8 @@ class Seconds(NamedTuple):
     @classmethod
     def together(cls, parts: Sequence[Seconds]) -> Seconds:
         """Seconds of several matches as one."""
-        return cls(*map(np.concatenate, zip(*parts, strict=True)))
-
-    def where(self, kept: Bools) -> Seconds:
-        """Some of them."""
-        return Seconds(*(part[kept] for part in self))
+        fields = ([getattr(part, name) for part in parts] for name in cls._fields)
+        return cls(*map(np.concatenate, fields))
 
 
 class Drawing(Controller):
@@ -113,15 +110,15 @@ class Drawing(Controller):
             sight = np.empty((len(self._own), len(SIGHT)), np.float32)
             for robot in range(1, len(self._own) + 1):
                 see_from(view, robot, self._goal_x, sight[robot - 1])
-            for place, cell in enumerate(cells(sight)):
-                role = self._roles[place]
+            for place, cell in enumerate(cells(sight).tolist()):
+                role = int(self._roles[place])
                 there = np.flatnonzero(self._offered[role, cell])
                 does = len(there) > 0 and self._rng.random() < self._share
                 self._drawn[place] = self._rng.choice(there) if does else USUAL
                 self._own[place]["code"] = 0
-                self._rows.append((len(self._views), role, cell, sight[place], self._drawn[place]))
+                self._rows.append((len(self._views), role, cell, sight[place], int(self._drawn[place])))
             self._views.append(view.copy())
-        for place in np.flatnonzero(self._drawn != USUAL):
+        for place in np.flatnonzero(self._drawn != USUAL).tolist():
             own, code = self._own[place], OPTIONS[self._drawn[place]]
             if own["code"] != code:
                 assign(view, m, self._roles)
@@ -151,10 +148,12 @@ def value_of(views: F64) -> F64:
     ball = BallStates(*(views[:, BALL, part] for part in (X, Y, VX, VY)))
     own, their = (RobotStates(*(views[:, first:first + robots, part].T for part in (X, Y, THETA, VX, VY)))
                   for first in (1, 1 + robots))
-    turned = [RobotStates(-each.x, -each.y, each.theta + np.pi, -each.vx, -each.vy) for each in (their, own)]
-    chances = [probability(models.calibration[0] * logits_of(models.fits[0], features(*view, pitch))
-                           + models.calibration[1])
-               for view in ((ball, own, their), (BallStates(*(-part for part in ball)), *turned))]
+    mine, its = (RobotStates(-each.x, -each.y, each.theta + np.pi, -each.vx, -each.vy)
+                 for each in (own, their))
+    turned = BallStates(*(-part for part in ball))
+    scales = models.calibration
+    chances = [probability(scales[0] * logits_of(models.fits[0], each) + scales[1])
+               for each in (features(ball, own, their, pitch), features(turned, its, mine, pitch))]
     found: F64 = chances[0] - chances[1]
     return found
 
@@ -174,10 +173,10 @@ class Game(NamedTuple):
 
     def controllers(self, recipe: Recipe) -> tuple[Controller, Controller]:
         """The teams of home and away."""
-        live = (None, None) if self.team in SCRIPTED else tuple(
-            NetworkController(load(FOLDER / f"{self.team}.npz"), recipe, side) for side in (0, 1))
-        home, away = controllers_of(recipe, {}, live)
-        return home, away
+        if self.team in SCRIPTED:
+            return controllers_of(recipe, {})
+        network = load(FOLDER / f"{self.team}.npz")
+        return NetworkController(network, recipe, 0), NetworkController(network, recipe, 1)
 
 
 class Played(NamedTuple):
@@ -200,7 +199,7 @@ def played(game: Game, offered: Bools, share: float, sides: Sequence[int] = (0, 
 
 
 def offered_of(pairs: Mapping[tuple[str, int], Iterable[int]]) -> Bools:
-    """bool [roles, 36, options] from the cells of pairs of role and code."""
+    """Offers, bool [roles, 36, options], from the cells of pairs of role and code."""
     found = np.zeros((len(ROLES), CELLS, len(OPTIONS)), dtype=bool)
     for (role, code), own in pairs.items():
         found[ROLES.index(role), list(own), OPTIONS.index(code)] = True

@@ -1,7 +1,7 @@
-"""Recordings without draws: what robots were seen in, what they probably did, what they saw, what V did after.
+"""Recordings without draws: what robots were seen in, probably did, and saw, and what V did after.
 
-A *moment* is each fifth of a second of a robot in play. What it is seen in is its situation, what it did is its
-option, recovered from poses. V is the model that the package ships, as in the trials.
+A *moment* is each fifth of a second of a robot in play. It is seen in a situation; what it did is its option,
+recovered from poses. V is the model that the package ships, as in the trials.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pitchlore.pipeline.arena.match.match import MatchInPlay
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.update import scope_of
-from pitchlore.pipeline.numbers.arrays import F32, F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import F32, F64, I64
 from pitchlore.pipeline.settings import GramSettings, OptionSettings, Settings
 from pitchlore.pipeline.stages.behaviours.grams import grams, merge, spelt
 from pitchlore.pipeline.stages.behaviours.shrinkage import valued
@@ -63,7 +63,7 @@ class Watched(NamedTuple):
 
 
 def league_of(data: Path, games: Sequence[Game]) -> Store:
-    """Recordings of a team's matches against itself, with the tables that are needed; missing ones are made."""
+    """Recordings of a team's matches against itself, with the tables that are needed."""
     team, files = games[0].team, []
     for game in games:
         files.append(path := data / "recordings" / team / f"{game.seed}.mcap")
@@ -86,24 +86,25 @@ def watched(store: Store) -> Watched:
     parts = []
     settings = GramSettings(watched_s=0.2)
     for number, receipt in enumerate(store.receipts("sequences")):
-        log = matches.read(store.read(store.receipt("matches", receipt.name), "log"), where=receipt.name)
-        (own,) = (each for each in store.receipts("moments") if each.name == receipt.name)
-        known = values(table_of(store, own, Moments), shipped())
+        named = {noun: each for noun in ("matches", "moments", "options")
+                 for each in store.receipts(noun) if each.name == receipt.name}
+        log = matches.read(store.read(named["matches"], "log"), where=receipt.name)
+        known = values(table_of(store, named["moments"], Moments), shipped())
         sequences = table_of(store, receipt, Sequences)
         rows = sights(log, known, settings, sequences)
-        (own,) = (each for each in store.receipts("options") if each.name == receipt.name)
-        did = as_done(table_of(store, own, Options)).select("team", "robot", "end_ns", did="code", t_ns="start_ns")
+        done = as_done(table_of(store, named["options"], Options)).select(
+            "team", "robot", "end_ns", did="code", t_ns="start_ns")
         rows = rows.sort("t_ns").join_asof(
-            did.sort("t_ns"), on="t_ns", by=["team", "robot"], check_sortedness=False,
+            done.sort("t_ns"), on="t_ns", by=["team", "robot"], check_sortedness=False,
         ).with_columns(did=pl.when(pl.col("t_ns") < pl.col("end_ns")).then("did"))
         parts.append(rows.drop_nulls(["change", "did"]).with_columns(match=pl.lit(number)))
     rows = pl.concat(parts)
     place = {code: index for index, code in enumerate(OPTIONS)}
     sight = np.ascontiguousarray(rows["sight"].to_numpy(), dtype=np.float32)
+    seen, did = (np.array([place.get(code, -1) for code in rows[name]]) for name in ("code", "did"))
     return Watched(
         rows["match"].to_numpy().astype(np.int64), rows["role"].to_physical().to_numpy().astype(np.int64),
-        cells(sight), sight, *(np.array([place.get(code, -1) for code in rows[name]]) for name in ("code", "did")),
-        rows["change"].to_numpy())
+        cells(sight), sight, seen, did, rows["change"].to_numpy())
 
 
 def today(store: Store) -> pl.DataFrame:
