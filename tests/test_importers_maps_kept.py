@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from pitchlore.pipeline.engine.imports import import_all
+from pitchlore.pipeline.engine.lacking import remarks
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.store import Store
@@ -59,3 +60,13 @@ def test_another(derby: tuple[Store, Path, Path]) -> None:
     assert store.quarantined() == []
     (kept,) = store.receipts("matches")
     assert kept.details["home"] == "blues"
+
+
+def test_weighty_remarks(derby: tuple[Store, Path, Path]) -> None:
+    """Of too many remarks those of weight are told: that goals are unknown before which team was taken for home."""
+    store, file, mapping = derby
+    mapping.write_text(MAP.replace('home = "reds", ', ""))
+    take_in(store, Recording(file=file, mapping=mapping))
+    told, more = remarks(store, store.receipts("matches"), most=1)
+    assert "Nothing is learned from this match" in told
+    assert more == "… and 1 remark of less weight (table quality)."

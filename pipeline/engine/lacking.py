@@ -48,8 +48,8 @@ def remarks(
         found += [(REMARKABLE.index(flaw), f"{receipt.name}: {note or f'{flaw} {count}'}.")
                   for flaw, note, count in shown.iter_rows()]
     kept = sorted(enumerate(found), key=lambda it: it[1][0])[:most]
-    more = [f"… and {len(found) - most} remarks of less weight (table quality)."] * (len(found) > most)
-    return [*(line for _, (_, line) in sorted(kept)), *more]
+    more = [f"… and {number_of(len(found) - most, 'remark')} of less weight (table quality)."]
+    return [*(line for _, (_, line) in sorted(kept)), *(more if len(found) > most else ())]
 
 
 def lacking(store: Store, scope: Scope) -> list[str]:
