@@ -325,6 +325,7 @@ class Keeper:
         if why is not None:
             raise ServerFailed(why, where=str(self.folder), next_step=(
                 f"Mend the folder, or remove {database()} in it: only the history of past runs is lost"))
+        (self.folder / database()).touch()  # by the umask: SQLite would close it to the user's group
         process = Process(self._environment(), port=port, log=self.log)
         try:
             process.wait()

@@ -1,6 +1,7 @@
 """Recognition of a recording's situations: what a kind usually shows, and the flaw where it is far less."""
 
 import json
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from support import recordings
 from usual.study import rates_of, situations_of
 
 from pitchlore.pipeline import matches
+from pitchlore.pipeline.engine import recognised
 from pitchlore.pipeline.engine.matches import take_in
-from pitchlore.pipeline.engine.recognised import with_recognition
+from pitchlore.pipeline.engine.recognised import warm, with_recognition
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.matches.frame import MatchLog
@@ -104,6 +106,24 @@ def test_the_table_of_import_says_so(call, tmp_path: Path) -> None:
     code, out, _ = call(
         "sql", "select note from quality where flaw = 'poor recognition'", "--csv", "--data", tmp_path / "data")
     assert "no robot has a heading" in out
+
+
+def test_loading_that_fails(monkeypatch) -> None:
+    """What is loaded ahead fails without a word: who asks for it meets the same error. Ctrl-C had shown a traceback."""
+    began, failed = threading.Event(), list[object]()
+
+    def fail(_: MatchLog) -> None:
+        began.set()
+        raise ImportError("cannot import name 'njit' from partially initialized module 'numba'")
+
+    monkeypatch.setattr(recognised, "_poor", fail)
+    monkeypatch.setattr(threading, "excepthook", failed.append)
+    warm.__wrapped__()
+    assert began.wait(10.0)
+    for thread in threading.enumerate():
+        if thread.name == "recogniser":
+            thread.join(10.0)
+    assert failed == []
 
 
 def test_our_own_logs_stay_as_they_are(tmp_path: Path) -> None:

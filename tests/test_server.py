@@ -10,6 +10,7 @@ import sqlite3
 import subprocess
 import threading
 import time
+from contextlib import closing
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
@@ -17,6 +18,7 @@ from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.terminal import terminal
 
+from pitchlore.flows import server
 from pitchlore.flows.server import Keeper, Kept, Process, ServerFailed, database, named
 from pitchlore.pipeline.store.sealed import pretty
 
@@ -102,6 +104,24 @@ def test_unfit_folder(data, spoil, words, call):
         assert "cannot be used (" in err
     else:
         assert "no server runs" in out
+
+
+def test_shared_database(data, monkeypatch):
+    """Another user of the data folder's group can write the database: SQLite alone makes it for its owner only."""
+    def begun(*_: object, **__: object) -> Process:
+        raise ServerFailed("begun")
+
+    monkeypatch.setattr(server, "Process", begun)
+    before = os.umask(0o002)
+    try:
+        with pytest.raises(ServerFailed, match="begun"):
+            Keeper(data).start()
+    finally:
+        os.umask(before)
+    file = data / "server" / database()
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("create table t (x)")
+    assert file.stat().st_mode & 0o777 == 0o664
 
 
 def test_dead_server(uvicorn, data, call):

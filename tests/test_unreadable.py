@@ -175,6 +175,15 @@ def test_refusal_is_no_damage(league, call, where, kind):
                     pitchlore.open(league, leave_out=leave_out).sql("select count(*) from matches")
 
 
+def test_refusal_that_no_glance_shows(league, call):
+    """A table whose mode has changed since the catalogue was made is named by who makes it anew, not the catalogue."""
+    path = place(league, "table")
+    next((league / "acts").glob("*.receipt.json")).unlink()
+    with closed(path):
+        code, out, err = call("sql", "select count(*) from matches", "--data", league)
+    assert (code, out, err.startswith(f"pitchlore: {path}: cannot be read (Permission denied)")) == (1, "", True), err
+
+
 # --- those that make something ----------------------------------------------------------------------
 
 

@@ -122,10 +122,8 @@ class ClusterFailed(PitchloreError):
 
 def unwritable(path: Path, error: OSError) -> StorageFailed:
     """The error of a file or folder that cannot be written."""
-    return StorageFailed(
-        f"cannot be written ({error.strerror or error})", where=str(path),
-        next_step="Free space or mend the folder, then run again; nothing that was there is lost",
-    )
+    return StorageFailed(f"cannot be written ({error.strerror or error})", where=str(path), next_step=(
+        "Free space or mend the folder, then run again; nothing that was there is lost"))
 
 
 #: Errors by which a file is not there, or something else is in its place. All others say nothing about it.
@@ -140,6 +138,5 @@ def not_readable(path: Path | str, error: OSError, remedy: str) -> CorruptFile |
     if error.errno in _GONE:
         first = "Remove that folder. " if error.errno == errno.EISDIR else ""
         return CorruptFile(what, where=str(path), next_step=first + remedy)
-    closed = isinstance(error, PermissionError)
-    return ReadFailed(what, where=str(path), next_step=_CLOSED if closed else (
+    return ReadFailed(what, where=str(path), next_step=_CLOSED if isinstance(error, PermissionError) else (
         "Mend the disk, or mount it anew, then call the command again; nothing was changed"))

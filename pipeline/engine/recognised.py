@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from threading import Thread
@@ -40,11 +41,15 @@ def warm() -> None:
     """Begin to load and compile what :func:`with_recognition` needs, once, while a recording is read.
 
     The first time on a machine that takes ten seconds, of which reading hides a part; numba lets who asks
-    meanwhile wait for it.
+    meanwhile wait for it. If it fails, as when Ctrl-C breaks off a module's loading, who asks meets that.
     """
     info = MatchInfo(match_id="few", source="few", format="few", home="a", away="b", pitch=PITCHES[Kind.SSL],
                      software=RELEASE)
-    Thread(target=_poor, args=(MatchLog(info, few_frames()),), name="recogniser", daemon=True).start()
+    def load() -> None:
+        with suppress(Exception):
+            _poor(MatchLog(info, few_frames()))
+
+    Thread(target=load, name="recogniser", daemon=True).start()
 
 
 def _poor(match: MatchLog) -> Flaw | None:
@@ -54,20 +59,17 @@ def _poor(match: MatchLog) -> Flaw | None:
     from pitchlore.pipeline.stages.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
     from pitchlore.pipeline.stages.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
 
-    part = _begin(match)
-    bodies, _ = trajectories(part, TrajectorySettings())
+    bodies, _ = trajectories(_begin(match), TrajectorySettings())
     pitch = match.info.pitch
-    shown = recognition(
-        recognise(with_heights(bodies, match.heights), pitch, SituationSettings()), pitch.kind)
+    seen = recognise(with_heights(bodies, match.heights), pitch, SituationSettings())
+    shown = recognition(seen, pitch.kind)
     if not shown.poor:
         return None
     headings = np.isfinite(match.frames.robots["theta"]).any() or (len(bodies) and pitch.kind == "human")
     cure = "check units, axes and the pitch's kind in a map" if headings else (
         "no robot has a heading, and most situations need it: give it (column heading)")
-    note = (
-        f"{shown.codes} situations besides {MOVES_RANDOMLY} where {pitch.kind.value} matches show "
-        f"{shown.usual:.0f}, and {shown.random:.0%} of the time 'moves randomly': {cure}"
-    )
+    note = (f"{shown.codes} situations besides {MOVES_RANDOMLY} where {pitch.kind.value} matches show "
+            f"{shown.usual:.0f}, and {shown.random:.0%} of the time 'moves randomly': {cure}")
     return Flaw("poor recognition", note, len(match.frames))
 
 

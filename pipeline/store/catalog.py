@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import duckdb
 import polars as pl
 
-from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.base.errors import CorruptFile, not_readable
 from pitchlore.schemas import PUBLIC, Table
 
 #: Size and time of change [ns] of a file, None if it does not exist.
@@ -74,13 +74,18 @@ def build(path: Path, files: Listing, of_groups: Collection[str] = ()) -> None:
 
     Raises:
         OSError: if the disk refuses.
-        CorruptFile: if a file is none that DuckDB can read.
+        CorruptFile, ReadFailed: if a file is none that DuckDB can read; if the system refuses to read one.
     """
     try:
         with _attached(path, f"storage_version '{FORMAT}'") as connection:
             _fill(connection, path.parent, files, of_groups)
             connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
     except (duckdb.IOException, duckdb.TransactionException, duckdb.FatalException) as error:
+        for file in files:  # a mode that changed shows at no glance
+            try:
+                Path(file).open("rb").close()
+            except OSError as refused:
+                raise not_readable(file, refused, "Call the command again") from error
         raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
     finally:
         path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
@@ -103,11 +108,8 @@ def _fill(
         sources.setdefault(listed.table, []).append(file.removeprefix(root))
     connection.execute("pragma disable_optimizer")  # it takes longer than these small statements
     tags = ", ".join(f"({quote(schema.tag())})" for schema in PUBLIC.values())
-    statements = [
-        f"create table {FILES} ({_COLUMNS})",
-        f"create table {TAGS} (tag varchar)",
-        f"insert into {TAGS} values {tags}",
-    ]
+    statements = [f"create table {FILES} ({_COLUMNS})", f"create table {TAGS} (tag varchar)",
+                  f"insert into {TAGS} values {tags}"]
     # a view is bound when it is made: what others look into comes first
     for name, schema in sorted(PUBLIC.items(), key=lambda item: (bool(item[1].VIEW), item[0] in of_groups)):
         rows = schema.VIEW or _select(connection, schema, sources.get(name, ()))

@@ -190,7 +190,7 @@ def _check(client: Client, place: Path | Mirror, where: str) -> None:
         said = f"worker {worker} of {where}"
         if isinstance(answer, Exception):
             raise ClusterFailed(f"cannot work ({type(answer).__name__}: {answer})", where=said,
-                                next_step="Install this version of Pitchlore where the worker runs")
+                                next_step="See that it runs, with this version of Pitchlore, and call again")
         theirs, seen, held = answer
         if (other := first_difference(theirs, identity())) is not None:
             raise ClusterFailed("has other code ({} {}, here {})".format(*other), where=said, next_step=(
