@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import time
 
 import pytest
 from support import at_once
@@ -66,6 +67,19 @@ def test_few_requests(two, server):
     server.asked = 0
     assert [one.prune(noun) for noun in ("matches", "behaviours", "goals")] == [[], [], []]
     assert server.asked == 3
+
+
+def test_clock_set_back(two, monkeypatch):
+    """A machine whose clock was set back by a week sees what another one changed and removed; it had not, for that week."""
+    one, other = two
+    for name in ("m-1", "m-2"):
+        one.commit(work(name=name), made("before"))
+    other.catch_up()
+    monkeypatch.setattr("time.time", lambda clock=time.time: clock() - 7 * 86_400)
+    one.commit(work(name="m-1", version=2), made("after"))
+    one.forget("goals", "m-2")
+    other.catch_up()
+    assert [(receipt.name, other.read(receipt, "note")) for receipt in other.receipts("goals")] == [("m-1", b"after")]
 
 
 def test_removed_blob(two):

@@ -54,6 +54,7 @@ create table if not exists objects
     (key text primary key, size integer, tag text, here text, noted real) without rowid;
 create table if not exists doubted (tag text primary key) without rowid;
 create table if not exists state (name text primary key, value real) without rowid;
+insert or ignore into state values ('tick', (select coalesce(max(noted), 0) from objects));
 """
 #: How many folders below a data folder a store may be: that of a season.
 _DEPTH = 2
@@ -144,14 +145,14 @@ class Mirror:
         """
         with holding(self.folder / ".sync", alone=True):
             last = self.synced()
-            begun = time.time()
+            begun, tick = time.time(), self._tick()
             if last is not None and 0 <= begun - last < within:
                 return
             listed = {entry.key: entry for entry in self.bucket.listing()}
             with self._lock:
                 rows = {key: (here, noted) for key, here, noted in
                         self._index.execute("select key, here, noted from objects")}
-            older = {key for key, (_, noted) in rows.items() if noted < begun}
+            older = {key for key, (_, noted) in rows.items() if noted < tick}
             wanted = [key for key, entry in listed.items()
                       if _RECORD.fullmatch(key) and (key not in rows or key in older)
                       and (rows.get(key, ("", 0))[0] != entry.tag or not (self.folder / key).exists())]
@@ -168,7 +169,7 @@ class Mirror:
                 for key in older - listed.keys():
                     self._gone(key)
                 self._note_all(
-                    (entry, entry.tag if key in fetched else rows.get(key, (None, 0))[0], begun)
+                    (entry, entry.tag if key in fetched else rows.get(key, (None, 0))[0], tick)
                     for key, entry in listed.items() if key not in rows or key in older)
             with self._lock:
                 self._index.execute("insert or replace into state values ('synced', ?)", [begun])
@@ -457,7 +458,13 @@ class Mirror:
     def _note(self, entry: ObjectStat, here: str | None) -> None:
         with self._lock:
             self._index.execute("delete from doubted where tag = ?", [entry.tag])
-        self._note_all([(entry, here, time.time())])
+        self._note_all([(entry, here, self._tick())])
+
+    def _tick(self) -> float:
+        """The next number of this copy's count: a clock that is set back would hide what others changed."""
+        with self._lock:
+            return float(self._index.execute(
+                "update state set value = value + 1 where name = 'tick' returning value").fetchall()[0][0])
 
     def _note_all(self, entries: Iterable[tuple[ObjectStat, str | None, float]]) -> None:
         with self._lock:
