@@ -23,6 +23,7 @@ import scale.study
 import seasons.study
 import sensitivity.study
 import soak.league
+import soak.questions
 import soak.study
 import surely.acts
 import surely.study
@@ -69,9 +70,9 @@ def commands_here(monkeypatch, call):
         code, _, said = call(*words)
         assert code == 0, said
 
-    def answer(league, *words, data=None):
+    def answer(league, *words, data=None, user=None):
         if current_thread() is not main_thread():  # an actor of the soak
-            return process(league, *words, data=data)
+            return process(league, *words, data=data, user=user)
         code, said, error = call(*words, "--data", data or league.data)
         assert code == 0, error
         return subprocess.CompletedProcess(words, code, said, error)
@@ -363,6 +364,19 @@ def test_fuzz(tmp_path):
     finally:
         signal.signal(signal.SIGALRM, before)
     same_columns(tmp_path, "fuzz", "fuzz.csv")
+
+
+def test_judge_of_the_soak():
+    """An answer without a word that lacks a match which stood all the time is wrong; so is one with other rows."""
+    truth = [(kind, name, 2, "x") for kind in soak.questions.MADE_FROM for name in ("kept", "other")]
+    judge = soak.questions.Judge(truth, frozenset({"kept"}))
+    whole, standing = [row for row in truth if row[1] == "kept"], {("matches", "kept"), ("matches", "ssl-1")}
+    live = ("matches", "ssl-1", 1, "y")
+    assert judge.wrong([*whole, live]) == judge.lacking([*whole, live], standing) == []
+    assert judge.lacking(whole, standing) == ["a smaller answer without a word: matches of ssl-1"]
+    assert judge.lacking([live], standing, "goals.kept.json") == ["a smaller answer without a word: matches of kept"]
+    assert len(judge.lacking([*whole, live], {*standing, ("matches", "other"), ("goals", "other")})) == 2
+    assert judge.wrong([("matches", "kept", 1, "x")]) == ["wrong rows: matches of kept, 1"]
 
 
 @pytest.mark.slow

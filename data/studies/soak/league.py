@@ -7,13 +7,16 @@ import os
 import random
 import subprocess
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import polars as pl
 from harness import PITCHLORE, SAMPLE
 from hostile.make import HOSTILE
 from soak.processes import MARK
 from soak.questions import QUESTION, Row
+from soak.users import User, share, users
 from support.idle import nothing_new
 
 from pitchlore.pipeline.base.digests import digest
@@ -29,7 +32,25 @@ REFUSED = (
     "empty.csv")
 #: What no file should be named.
 NAMES = ("a\nb{}", "\x1b[2J{}", "<script>{}", "{}" + "x" * 180, "-rf {}")
-STARTS_S, LENGTH_S = range(0, 560, 25), 8.0
+STARTS_S, LENGTH_S = range(0, 560, 45), 8.0
+#: How names of matches begin that were watched live.
+LIVE = "ssl-"
+#: Nouns with an output of each match.
+KINDS = STAGES.nouns(Per.MATCH)
+
+
+class Answer(NamedTuple):
+    """What `sql` says.
+
+    Attributes:
+        code: exit code.
+        rows: the answer; None if there is none.
+        stderr: the lines beside it.
+    """
+
+    code: int
+    rows: list[Row] | None
+    stderr: str
 
 
 class League:
@@ -38,20 +59,25 @@ class League:
     Args:
         root: folder of everything.
         environment: for its commands, besides this process's.
+        several: whether two users share it.
 
     Attributes:
         data: the data folder.
+        users: those who call commands.
         recordings: files that are matches.
         refused: files that are none.
     """
 
-    def __init__(self, root: Path, environment: Mapping[str, str]) -> None:
+    def __init__(self, root: Path, environment: Mapping[str, str], several: bool = False) -> None:
         self.data, self._pool = root / "league", root / "recordings"
-        self.environment = {**os.environ, **environment, MARK: "1", "PREFECT_HOME": str(root / "prefect"),
-                            "PREFECT_SERVER_ANALYTICS_ENABLED": "false"}
-        self.environment.pop("PREFECT_API_URL", None)
+        own = {**os.environ, **environment, MARK: str(os.getpid()),
+               "PREFECT_SERVER_ANALYTICS_ENABLED": "false"}
+        own.pop("PREFECT_API_URL", None)
+        self.users = users(root, own, several)
         self._pool.mkdir(parents=True)
         self.inbox.mkdir(parents=True)
+        if several:
+            share(self.data)
         self.recordings = [self._recording(start) for start in STARTS_S]
         self.refused = list[Path]()
         for case in HOSTILE:
@@ -74,32 +100,61 @@ class League:
             table.write_parquet(path)
         return path
 
+    def is_kept(self, recording: Path) -> bool:
+        """Tell whether the match of a recording is in the league all the time."""
+        return recording in self.recordings[::4]
+
+    def standing(self) -> dict[tuple[str, str], tuple[int, int]]:
+        """Receipts by noun and match, counted by names in folders: inode and time of change of each."""
+        found = {}
+        for kind in KINDS:
+            for path in (self.data / kind).glob("*.receipt.json"):
+                with suppress(FileNotFoundError):
+                    seen = path.stat()
+                    found[kind, path.name.removesuffix(".receipt.json")] = seen.st_ino, seen.st_mtime_ns
+        return found
+
+    def quarantined(self) -> str:
+        """The names of what is in quarantine, in one text."""
+        return " ".join(path.name for path in (self.data / "quarantine").rglob("*"))
+
     def recording(self, rng: random.Random) -> Path:
         """Some recording, of each seven one that is refused."""
         return rng.choice(self.recordings if rng.random() < 0.85 else self.refused)
 
-    def command(self, *words: object, data: Path | None = None) -> list[str]:
+    def command(self, *words: object, data: Path | str | None = None) -> list[str]:
         """A command line."""
         return [PITCHLORE, *map(str, words), "--data", str(data or self.data)]
 
-    def call(self, *words: object, data: Path | None = None) -> subprocess.CompletedProcess[str]:
+    def call(
+        self, *words: object, data: Path | str | None = None, user: User | None = None,
+    ) -> subprocess.CompletedProcess[str]:
         """Run a command to its end."""
         return subprocess.run(  # noqa: S603 (our own)
-            self.command(*words, data=data), env=self.environment, text=True, check=False,
-            capture_output=True, errors="replace")
+            self.command(*words, data=data), text=True, check=False, capture_output=True, errors="replace",
+            **(user or self.users[0]).popen)
 
-    def ask(self, data: Path | None = None) -> list[Row]:
+    def ask(self, data: Path | str | None = None) -> list[Row]:
         """The answer to the question.
 
         Raises:
             RuntimeError: with what the command said, if it refuses.
         """
-        asked = self.call("sql", QUESTION, "--json", data=data)
-        if asked.returncode:
-            raise RuntimeError(asked.stderr.strip() or f"exit code {asked.returncode}")
-        return [(row["kind"], row["name"], row["many"], row["content"]) for row in json.loads(asked.stdout)]
+        answer = self.asked(data)
+        if answer.rows is None or answer.code:
+            raise RuntimeError(answer.stderr.strip() or f"exit code {answer.code}")
+        return answer.rows
 
-    def settle(self, data: Path | None = None) -> None:
+    def asked(self, data: Path | str | None = None, user: User | None = None) -> Answer:
+        """What `sql` says to the question."""
+        asked = self.call("sql", QUESTION, "--json", data=data, user=user)
+        rows = None
+        with suppress(ValueError):  # refused, or killed while it wrote
+            rows = [(row["kind"], row["name"], row["many"], row["content"])
+                    for row in json.loads(asked.stdout)]
+        return Answer(asked.returncode, rows if asked.returncode >= 0 else None, asked.stderr)
+
+    def settle(self, data: Path | str | None = None) -> None:
         """Import all recordings, and run until nothing is new.
 
         Raises:

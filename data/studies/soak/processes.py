@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+#: In the environment of each: the number of the soak's own process.
 MARK = "PITCHLORE_SOAK"
 
 
@@ -35,7 +36,7 @@ def running() -> list[Running]:
         if not folder.name.isdigit() or int(folder.name) == os.getpid():
             continue
         with suppress(OSError):
-            if f"{MARK}=".encode() not in (folder / "environ").read_bytes():
+            if f"{MARK}={os.getpid()}".encode() not in (folder / "environ").read_bytes().split(b"\0"):
                 continue
             words = (folder / "cmdline").read_bytes().split(b"\0")
             (kb,) = (line.split()[1] for line in (folder / "status").read_text().splitlines()
@@ -48,8 +49,10 @@ def running() -> list[Running]:
 def _role(words: list[bytes]) -> str:
     line = b" ".join(words).decode(errors="replace")
     for sign, role in (
-        ("server_process", "server"), ("resource_tracker", "tracker"), ("forkserver", "reader"),
-        ("spawn_main", "worker"), ("read_only=True", "notebook"), (" serve ", "serve"), ("prefect", "flow"),
+        ("server_process", "server"), ("dask_", "Dask"),
+        (" watch ", "watch"), ("resource_tracker", "tracker"), ("forkserver", "reader"),
+        ("spawn_main", "worker"), ("read_only=True", "notebook"), ("program.py", "program"),
+        (" serve ", "serve"), ("prefect", "flow"),
     ):
         if sign in line:
             return role

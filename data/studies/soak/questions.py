@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from threading import Lock
 
 #: Tables whose rows of a match depend on nothing but the match, each with those that it is made from.
@@ -15,6 +15,8 @@ QUESTION = " union all ".join(
     f" from {name} t group by all"
     for name, key in (*((name, "match_id") for name in MADE_FROM), ("behaviours", "version::varchar")))
 Row = tuple[str, str, int, str]
+#: Tables and matches of receipts that stood while a question was answered.
+Standing = Collection[tuple[str, str]]
 
 #: The notebook: it asks the catalogue as our notebooks do, and prints each answer.
 NOTEBOOK = f"""
@@ -32,23 +34,41 @@ while True:
 """
 
 
+#: A program: it opens the league once, and asks at each line that it is told.
+PROGRAM = f"""
+import json, sys
+import pitchlore
+league = pitchlore.open(sys.argv[1])
+for line in sys.stdin:
+    try:
+        said = league.sql({QUESTION!r}).fetchall()
+    except Exception as error:
+        said = f"{{type(error).__name__}}: {{error}}"[:300]
+    print(json.dumps(said), flush=True)
+"""
+
+
 class Judge:
     """Says what of an answer cannot be true.
 
     Args:
         truth: the answer of a folder in which nothing else happened.
+        kept: matches that are in the folder all the time.
+        live: how names of matches begin of which nothing is known before.
     """
 
-    def __init__(self, truth: Iterable[Row]) -> None:
+    def __init__(self, truth: Iterable[Row], kept: frozenset[str] = frozenset(), live: str = "ssl-") -> None:
+        self.kept, self._live = kept, live
         self._truth = {(kind, name): (many, content) for kind, name, many, content in truth}
         self._versions: dict[str, tuple[int, str]] = {}
         self._lock = Lock()
 
-    def wrong(self, answer: Iterable[Row]) -> list[str]:
+    def wrong(self, answer: Iterable[Row], *, of_now: bool = True) -> list[str]:
         """Faults of an answer; none, if it is of one state that the folder can have had.
 
-        A match's rows are all there and no others; what a table is made from is there with it. A version
-        of the knowledge has the rows that it had when it was first seen.
+        A match's rows are all there and no others; what a table is made from is there with it, unless the
+        answer is not ``of_now``: the catalogue may have been made while a file was damaged. A version of
+        the knowledge has the rows that it had when it was first seen.
         """
         found, there = [], set()
         for kind, name, many, content in answer:
@@ -58,10 +78,26 @@ class Judge:
                 if first != (many, content):
                     found.append(f"knowledge {name} has changed")
                 continue
+            if name.startswith(self._live):
+                continue
             there.add((kind, name))
             if self._truth.get((kind, name)) != (many, content):
                 found.append(f"wrong rows: {kind} of {name}, {many}")
         found += [f"{kind} of {name} without its {source}" for kind, name in sorted(there)
                   for source in MADE_FROM[kind]
-                  if (source, name) in self._truth and (source, name) not in there]
+                  if of_now and (source, name) in self._truth and (source, name) not in there]
         return found
+
+    def lacking(self, answer: Iterable[Row], standing: Standing, quarantined: str = "") -> list[str]:
+        """Rows that an answer has to have, and has not.
+
+        Args:
+            answer: one that claims to be whole.
+            standing: tables and matches whose receipts stood all the time, as others have counted them.
+            quarantined: names of what was in quarantine: of such a match only the match itself is shown.
+        """
+        there = {(kind, name) for kind, name, _, _ in answer}
+        wanted = {of for of in self._truth if of[1] in self.kept or of in standing}
+        wanted |= {of for of in standing if of[0] == "matches" and of[1].startswith(self._live)}
+        return [f"a smaller answer without a word: {kind} of {name}" for kind, name in sorted(wanted - there)
+                if kind == "matches" or name not in quarantined]

@@ -8,6 +8,8 @@ questions       what `sql` and a notebook ask without pause, and whether an answ
 processes       all processes of the soak: found, counted, killed
 clock           a clock that can be stepped under processes that know nothing of it
 actors          what happens to the data folder, each in a thread of its own
+users           two users of the data folder
+others          Dask workers, matches that are watched live, a league in a bucket
 """
 
 from __future__ import annotations
@@ -26,12 +28,14 @@ from pathlib import Path
 import polars as pl
 from soak.actors import FORBIDDEN, Sample, Soak
 from soak.clock import Clock
-from soak.league import League, contents
+from soak.league import LIVE, League, contents
+from soak.others import Bucket, Cluster, Live
 from soak.processes import left
 from soak.questions import Judge
+from soak.users import let_in
 
 #: More processes at once are a finding: all that the actors call, with their servers and readers.
-MOST = 25
+MOST = 40
 #: Size of the disk, MiB; set when this process has one of its own.
 DISK_MIB = 2_000
 _OWN = "SOAK_DISK"
@@ -45,15 +49,17 @@ def own_disk() -> Iterator[Path]:
     """
     unshare = shutil.which("unshare")
     if _OWN not in os.environ and unshare:
-        trial = [unshare, "--map-root-user", "--mount"]
+        trial = [unshare, *([] if os.geteuid() == 0 else ["--map-root-user"]), "--mount"]
         mount = [*trial, "mount", "-t", "tmpfs", "tmpfs", "/mnt"]
         if subprocess.run(mount, capture_output=True, check=False).returncode == 0:  # noqa: S603 (ours)
-            os.environ[_OWN] = "1"
+            os.environ[_OWN] = "shared" if os.geteuid() == 0 else "alone"
             os.execv(unshare, [*trial, sys.executable, *sys.argv])  # noqa: S606 (this process in a namespace)
     folder = Path(tempfile.mkdtemp(prefix="pitchlore-soak-"))
     if _OWN in os.environ:
         mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK_MIB}m", "tmpfs", str(folder)]
         subprocess.run(mount, check=True)  # noqa: S603 (ours)
+        if os.environ[_OWN] == "shared":
+            let_in()
     try:
         yield folder
     finally:
@@ -73,16 +79,34 @@ def growth(samples: pl.DataFrame) -> dict[str, list[float]]:
 def main(root: Path, out: Path, seconds: float, seed: int) -> int:
     """Soak a data folder below ``root``. Returns the number of findings."""
     clock = Clock(root)
-    league = League(root, clock.environment)
+    league = League(root, clock.environment, several=os.environ.get(_OWN) == "shared")
+    if len(league.users) > 1:
+        os.umask(0o002)
     quiet = root / "quiet"
     league.settle(quiet)
     truth, expected = league.ask(quiet), contents(quiet)
 
-    soak = Soak(league, clock, Judge(truth), seconds, seed, _OWN in os.environ, out / "log.txt")
+    stems = {path.stem for path in league.recordings if league.is_kept(path)}
+    kept = frozenset(name for kind, name, _, _ in truth
+                     if kind == "matches" and name.partition("-")[0] in stems)
+    for words in (["import", *(path for path in league.recordings if league.is_kept(path))], ["run"]):
+        league.call(*words)
+    soak = Soak(league, clock, Judge(truth, kept, LIVE), seconds, seed, _OWN in os.environ, out / "log.txt")
+    cluster, live, bucket = Cluster(soak), Live(soak), Bucket(soak, kept, truth)
+    soak.actors += [cluster.keep, live.play, bucket.use]
+    soak.on = lambda: cluster.on
     soak.run()
+    cluster.end()
     for process in left(20.0):
         soak.find(f"left: {process}")
     begun = time.monotonic()
+    bucket.end()
+    for path in league.inbox.iterdir():
+        if not path.name.startswith(LIVE):
+            path.unlink()
+    said = league.call("run")
+    if live.look():
+        soak.find(f"live matches are lost: {live.look()}: {said.stdout[-500:]} {said.stderr[-500:]}")
     for path in league.inbox.iterdir():
         path.unlink()
     for path in (league.data / "models").glob("*.receipt.json"):
