@@ -19,6 +19,7 @@ from pitchlore.flows import left_out
 from pitchlore.flows.surroundings import check_surroundings, speak_utf8
 from pitchlore.pipeline.base.errors import PitchloreError, in_one_line, not_readable
 from pitchlore.pipeline.base.software import __version__
+from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.engine.child import collect_rarely, hold_threads, hush, library_threads
 from pitchlore.pipeline.engine.interrupt import interruptible
 
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 #: Pitchlore in one sentence, as README, the site and the package say it, too.
 ABOUT = ("Pitchlore reads recorded robot-soccer matches, shows what went with winning and losing, "
          "and trains a team.")
+
+#: Most characters of a line on words that no command takes.
+_CHARACTERS = 500
 
 PLAY = """Play a match yourself, with the keyboard or a gamepad. It is logged like any other match.
 
@@ -348,7 +352,7 @@ def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> 
         said = " ".join(str(error).split())
         if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
             said = _too_many(command, error.unused_tokens)
-        _fail(f"{said} See `{command} --help`.")
+        _fail(f"{printable(said, _CHARACTERS)} See `{command} --help`.")
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
@@ -380,6 +384,9 @@ def _unforeseen(error: Exception) -> str:
                 "Set PYTHONIOENCODING=utf-8, or ask with --json.")
     if isinstance(error, BlockingIOError) or "can't start new thread" in str(error):
         return f"no more processes or threads may be started ({in_one_line(error)}). Allow more: ulimit -u."
+    if any(words in str(error) for words in ("no locator available", "determine home directory")):
+        return ("this user has no home in which compiled functions and other caches can be kept "
+                f"({in_one_line(error)}). Set HOME or XDG_CACHE_HOME to a folder in which you may write.")
     if isinstance(error, OverflowError | MemoryError):
         return f"a number is too large, or memory too small ({in_one_line(error)}). Give smaller numbers."
     if type(error).__name__ == "SettingsError":

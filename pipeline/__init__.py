@@ -18,10 +18,12 @@ def _kernels(folder: _Path) -> str:
 
 
 def _cache() -> _Path:
-    """A folder that can be written to: beside the code, else the user's own cache."""
-    if _os.access(_HERE, _os.W_OK):
+    """A folder that can be written to: beside the code, else the user's own cache, if there is a home."""
+    # a path without a home raises
+    own = _Path(_os.environ.get("XDG_CACHE_HOME") or _os.path.expanduser("~/.cache"))  # noqa: PTH111
+    if _os.access(_HERE, _os.W_OK) or not own.is_absolute():
         return _HERE / "__pycache__"
-    return _Path(_os.environ.get("XDG_CACHE_HOME") or _Path.home() / ".cache") / "pitchlore"
+    return own / "pitchlore"
 
 
 # numba's cache sees an edit of the file that a function is in, but not of those that it calls into:

@@ -9,6 +9,7 @@ from typing import get_args, get_type_hints
 import polars as pl
 import pytest
 from conftest import ROOT, clip
+from support.closed import as_user, close
 from support.receipts import put_receipt, receipt_at
 
 from pitchlore.flows.cli import COMMANDS
@@ -104,6 +105,7 @@ def test_evaluate_output(call, tmp_path):
     ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
     ("season", "--settings", "bst"), ("run", "--settings", "papr"), ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
     ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"), ("recrod",),
+    ("runs", "--last", "\x1b[2J"),
 ])
 def test_bad_options(call, tmp_path, words):
     """An option that does not fit is one line of error that says what to do next."""
@@ -113,6 +115,7 @@ def test_bad_options(call, tmp_path, words):
     assert sum("pitchlore: " in row for row in err.splitlines()) == 1
     assert line.startswith("pitchlore: ")
     assert "Unexpected" not in line
+    assert line.isprintable()
     assert words[-2 if len(words) > 1 else 0].strip("-") in line
     assert any(step in line for step in ("--help`.", "Ask for 4.", "Leave it out", "Mend the option", "Play with fewer robots", "(did you mean best?)", "(did you mean paper?)"))
     assert not (tmp_path / "data" / "matches").exists()
@@ -273,6 +276,16 @@ def test_import_of_a_folder(call, tmp_path):
     assert (code, "2 imported, 0 already here, 0 not imported" in out) == (0, True)
     assert f"{league}: 2 recordings; no recordings, and passed over: b/photo.png, notes.txt.\n" in out
     assert not Store(data).quarantined()
+    for name, leads in (("gone.csv", "nothing"), ("round.csv", "round.csv"), ("linked", league / "b")):
+        (league / name).symlink_to(leads)
+    os.mkfifo(league / "pipe.csv")
+    code, out, _ = call("import", league, "--data", data)
+    assert (code, "0 imported, 2 already here, 4 not imported" in out) == (1, True)
+    assert [f"failed {league / name}: " in out for name in ("gone.csv", "round.csv", "linked", "pipe.csv")] == [True] * 4
+    close(league / "b")
+    with as_user():
+        code, _, err = call("import", league, "--data", data)
+    assert (code, err) == (1, f"pitchlore: {league}/b: cannot be read (Permission denied). Make it a folder that you may read.\n")
 
 
 def test_import_shows_the_flaws(call, tmp_path):

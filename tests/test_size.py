@@ -78,11 +78,14 @@ That a kick-off's first touch is no shot, and that the passes are the tried ones
 
 That the newest match is the last by its day, told by its times or its file's name, and not by the alphabet, took 20,
 and 2 of options. That a team of another league has no copy took 2 of options.
+
+That nobody waits for a pipe in the place of a file, and that the receipt of another output is damage, took 26; files
+of ours are opened in one place.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 23_538, 1_795
+MOST, MOST_OF_OPTIONS = 23_564, 1_795
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

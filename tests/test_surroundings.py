@@ -3,7 +3,9 @@
 import os
 import subprocess
 
+import numba
 import pytest
+from numba.core.caching import CacheImpl
 from support.outputs import put_goal
 from support.processes import pitchlore
 
@@ -62,3 +64,13 @@ def test_no_more_threads():
     """Threads and processes that cannot be started later are one line, too."""
     for error in (RuntimeError("can't start new thread"), BlockingIOError(11, "Resource temporarily unavailable")):
         assert _unforeseen(error).startswith("no more processes or threads may be started (")
+
+
+def test_no_home(monkeypatch):
+    """Where neither the code's folder nor a home may be written, compiled functions cannot be kept: one line with a cure."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "/proc/nowhere")
+    monkeypatch.setattr(CacheImpl, "_locator_classes", CacheImpl._locator_classes[:1])
+    with pytest.raises(RuntimeError) as raised:
+        numba.njit(cache=True)(test_no_home)
+    for error in (raised.value, RuntimeError("Could not determine home directory.")):  # the latter is Python's
+        assert "Set HOME or XDG_CACHE_HOME to a folder" in _unforeseen(error)

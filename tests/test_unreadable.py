@@ -36,8 +36,15 @@ def flipped(path: Path) -> None:
     path.write_bytes(data)
 
 
-def truncated(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-20])
+def another(path: Path) -> None:
+    """What was written for another place, as by a copy with a wrong name; where there is no other, half of it."""
+    others = [other for other in path.parent.glob(f"*{path.name[-13:]}") if other != path]
+    path.write_bytes(others[0].read_bytes() if others else path.read_bytes()[:path.stat().st_size // 2])
+
+
+def pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
 
 
 def folder(path: Path) -> None:
@@ -76,7 +83,7 @@ def closed(path: Path) -> Iterator[None]:
 
 
 #: Kinds of damage, and of files that the system refuses to read, each with its words.
-DAMAGED: dict[str, Callable[[Path], None]] = {each.__name__: each for each in (flipped, truncated, folder, dangling)}
+DAMAGED: dict[str, Callable[[Path], None]] = {each.__name__: each for each in (flipped, another, folder, pipe, dangling)}
 REFUSED = {"closed": (closed, "Permission denied"), "failing": (failing, "Input/output error"),
            "stale": (lambda path: failing(path, errno.ESTALE), "Stale file handle")}
 
@@ -194,7 +201,7 @@ def kept(data: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("where", ["match", "stage", "table"])
-@pytest.mark.parametrize("kind", ["flipped", "truncated", "dangling"])
+@pytest.mark.parametrize("kind", ["flipped", "another", "dangling"])
 def test_run_makes_again(league, call, where, kind):
     """A damaged receipt is made again, that of a match from its log; no version is made without the match."""
     before = {name: data for name, data in kept(league).items() if "receipt" not in name}
@@ -293,3 +300,9 @@ def test_damage_in_python(league, call):
     with pytest.raises(CorruptFile, match="checksum differs"):
         opened.match(match_of(league))
     assert opened.match(match_of(league, 1)).goals.height >= 0
+    other = match_of(league, 1)
+    stray = Path(shutil.copy(path.with_name(f"{other}.receipt.json"), path.with_name(f"{other} (copy).receipt.json")))
+    code, out, _ = call("run", "--data", league)
+    assert (code, f"{stray}: is the receipt of matches {other}. Remove it." in out) == (1, True), out
+    stray.unlink()
+    assert call("run", "--data", league)[0] == 0

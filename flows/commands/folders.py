@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from pitchlore.pipeline.importers.packing import Unpacking
 from pitchlore.pipeline.importers.readers import HEAD_BYTES, READERS
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import listed
 
 #: Other files that are named; more are counted.
 _NAMED = 8
@@ -33,6 +35,7 @@ def recordings_in(
 
     Raises:
         NotFound: if a folder holds no recording.
+        ReadFailed: if a folder, or one in it, cannot be read.
     """
     files, notes = list[Path](), list[str]()
     for path in named:
@@ -53,11 +56,23 @@ def recordings_in(
 
 
 def _files(folder: Path, data: Path) -> list[Path]:
-    """Files of a folder and the folders in it, but for maps and what is hidden or in the data folder."""
-    return [path for path in sorted(folder.rglob("*"))
-            if path.is_file() and path.suffix != ".toml"
-            and not any(part.startswith(".") for part in path.relative_to(folder).parts)
-            and not path.resolve().is_relative_to(data)]
+    """All in a folder and the folders in it, but for maps and what is hidden or in the data folder.
+
+    Pipes, links to nothing and links to folders are among them: their import says why they are not read.
+
+    Raises:
+        ReadFailed: if a folder cannot be read: what cannot be seen is not gone.
+    """
+    found, folders = list[Path](), [folder]
+    while folders:
+        for path in map(Path, listed(folders.pop())):
+            if path.name.startswith(".") or Path(os.path.realpath(path)).is_relative_to(data):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                folders.append(path)
+            elif path.suffix != ".toml":
+                found.append(path)
+    return sorted(found)
 
 
 def _is_recording(store: Store, file: Path, limits: ImportSettings) -> bool:

@@ -127,7 +127,7 @@ def unwritable(path: Path, error: OSError) -> StorageFailed:
 
 
 #: Errors by which a file is not there, or something else is in its place. All others say nothing about it.
-_GONE = frozenset((errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ELOOP))
+_GONE = frozenset((errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENXIO))
 #: Advice on a file that may not be read.
 _CLOSED = "Let this user read it, or call the command as its owner; nothing says that it is damaged"
 
@@ -136,7 +136,7 @@ def not_readable(path: Path | str, error: OSError, remedy: str) -> CorruptFile |
     """The error of a file of ours that cannot be read: of a lost one with its remedy, else the system's."""
     what = f"cannot be read ({error.strerror or error})"
     if error.errno in _GONE:
-        first = "Remove that folder. " if error.errno == errno.EISDIR else ""
+        first = "Remove what is there. " if error.errno == errno.EISDIR else ""
         return CorruptFile(what, where=str(path), next_step=first + remedy)
     return ReadFailed(what, where=str(path), next_step=_CLOSED if isinstance(error, PermissionError) else (
         "Mend the disk, or mount it anew, then call the command again; nothing was changed"))

@@ -7,11 +7,13 @@ taken where it is there.
 from __future__ import annotations
 
 import ctypes
+import errno
 import math
 import multiprocessing
 import os
 import signal
 import sqlite3
+import stat
 import sys
 import time
 from collections.abc import Iterator
@@ -96,6 +98,23 @@ def open_to_read(path: str) -> int:
         OSError: if it cannot be opened.
     """
     return os.open(path, _PLAIN)
+
+
+def at_once(path: str, flags: int) -> int:
+    """An opener of :func:`open` for files of ours: if a pipe is in the place of one, nobody waits for it."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def whole(path: str | Path) -> bytes:
+    """The bytes of a file of ours.
+
+    Raises:
+        OSError: if it cannot be read; IsADirectoryError also for a pipe or a device, which may have no end.
+    """
+    with open(path, "rb", opener=at_once) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise IsADirectoryError(errno.EISDIR, "it is no regular file", str(path))
+        return file.read()
 
 
 def read_at(descriptor: int, count: int, first: int) -> bytes:

@@ -18,6 +18,7 @@ from pitchlore.pipeline.engine.stage import Output, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.paths import SAFE_NAME
 from pitchlore.pipeline.store.receipts import Manifest
 
 #: Makes outputs, each by some stages in order; gives each with its outcome, as it ends.
@@ -109,7 +110,8 @@ def look_for_damage(store: Store, report: RunReport) -> None:
         if remake_receipt(store, name):
             report.stage("matches").made.append(name)
         else:
-            store.quarantine("matches", name, error)
+            if SAFE_NAME.match(name):  # else it is a stray copy, and of no match
+                store.quarantine("matches", name, error)
             report.stage("matches").failed[name] = str(error)
     damaged = check_files(store)
     for file in damaged:

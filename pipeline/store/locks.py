@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO, BinaryIO
 
 from pitchlore.pipeline.base.errors import StorageFailed, not_readable, unwritable
-from pitchlore.pipeline.base.system import locked
+from pitchlore.pipeline.base.system import at_once, locked
 
 #: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.
 PATIENCE_S, _POLL_S = 5.0, 0.01
@@ -38,7 +38,7 @@ def holding(path: Path, *, alone: bool, reading: bool = False) -> Iterator[None]
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        held = path.open("a")
+        held = open(path, "a", opener=at_once)  # noqa: SIM115 (closed below)
     except OSError as error:
         if not reading:
             raise unwritable(path, error) from error
@@ -46,7 +46,7 @@ def holding(path: Path, *, alone: bool, reading: bool = False) -> Iterator[None]
             yield
             return
         try:
-            held = path.open("r")
+            held = open(path, opener=at_once)  # noqa: SIM115 (as above)
         except OSError as closed:
             raise not_readable(path, closed, "Make it a file") from closed
     with held, ExitStack() as stack:

@@ -30,7 +30,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pitchlore.pipeline.base.digests import Content
-from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound
+from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound, not_readable
+from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store.atomic import write_bytes
 from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
 from pitchlore.pipeline.store.locks import holding
@@ -247,7 +248,7 @@ class Mirror:
         """
         if not anew:
             with suppress(OSError):
-                data = path.read_bytes()
+                data = whole(path)
                 if sha256(data).hexdigest() == sha:
                     return data
         try:
@@ -525,9 +526,11 @@ def mirror_of(root: Path) -> Mirror | None:
     """
     for folder in (root, *root.parents[:_DEPTH]):
         try:
-            said = (folder / MARKER).read_bytes()
-        except OSError:
+            said = whole(folder / MARKER)
+        except (FileNotFoundError, NotADirectoryError):
             continue
+        except OSError as error:  # what is written here would never reach the bucket
+            raise not_readable(folder / MARKER, error, "Remove the folder: it is a cache") from error
         return _mirror(folder, said)
     return None
 

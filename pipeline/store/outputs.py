@@ -15,7 +15,7 @@ from pitchlore.pipeline.store.meter import count_written
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import Receipt
-from pitchlore.pipeline.store.sealed import Stamp, read_cache, read_model, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, read_model, remedy_of, sealed, settled, stamp_of
 from pitchlore.pipeline.store.work import Made, Work, contents
 
 #: How the names of receipts end.
@@ -41,9 +41,17 @@ class Outputs(Reading):
         """The receipt of an output, None if there is none.
 
         Raises:
-            CorruptFile: if it is damaged.
+            CorruptFile: if it is damaged, or that of another output.
         """
-        return read_model(self._receipt_path(noun, name), Receipt)
+        return self.receipt_at(self._receipt_path(noun, name))
+
+    def receipt_at(self, path: str) -> Receipt | None:
+        """The receipt in a file (:meth:`receipt`), which is of the output that the file is named for."""
+        found = read_model(path, Receipt)
+        if found is not None and path != f"{self.root}/{found.noun}/{found.name}{RECEIPT}":
+            raise CorruptFile(f"is the receipt of {found.noun} {found.name}", where=path,
+                              next_step=f"Remove it. {remedy_of(Path(path).parent.name)}")
+        return found
 
     def receipts(self, noun: str, without: Container[str] = ()) -> Iterator[Receipt]:
         """All receipts of a noun, sorted by name, but those of some names.
@@ -61,7 +69,7 @@ class Outputs(Reading):
         """Names of the outputs of a noun, sorted, each with its receipt, or the error of a damaged one."""
         for name, path in self._named(noun, without):
             try:
-                receipt = read_model(path, Receipt)
+                receipt = self.receipt_at(path)
             except CorruptFile as error:
                 yield name, error
             else:
@@ -151,7 +159,10 @@ class Outputs(Reading):
 
     def readable(self, noun: str, name: str) -> Receipt | None:
         """The receipt of an output, None if there is none or a damaged one, for who makes it again."""
-        return read_cache(Path(self._receipt_path(noun, name)), Receipt)
+        try:
+            return self.receipt(noun, name)
+        except CorruptFile:
+            return None
 
     def forget(self, noun: str, name: str) -> bool:
         """Remove an output, its receipt first. Returns whether it existed.

@@ -18,6 +18,7 @@ import pyarrow.parquet
 
 from pitchlore.pipeline.base.digests import canonical, digest, digest_of_file
 from pitchlore.pipeline.base.errors import CorruptFile
+from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.store.meter import count_read, count_written
 from pitchlore.pipeline.store.paths import listed
@@ -150,7 +151,7 @@ def read_joined(
         record = part.files.get(schema.NAME)
         if record is not None and record.path == _path(schema, own):
             with suppress(OSError):
-                data = (store.root / record.path).read_bytes()
+                data = whole(store.root / record.path)
                 count_read(len(data))
                 if digest(data) == record.sha256:
                     left = {name: left[name] for name in left.keys() - {each.receipt.name for each in own}}

@@ -10,6 +10,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.digests import digest, digest_of_file
 from pitchlore.pipeline.base.errors import CorruptFile, NotFound, not_readable
+from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.meter import count_read
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
@@ -76,7 +77,7 @@ class Reading(Files):
             count_read(len(data))
             return data
         try:
-            data = path.read_bytes()
+            data = whole(path)
         except OSError as error:
             raise not_readable(path, error, remedy) from error
         if digest(data) != wanted:

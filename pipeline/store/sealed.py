@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from pitchlore.pipeline.base.digests import digest
 from pitchlore.pipeline.base.errors import CorruptFile, not_readable
+from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store.receipts import Manifest
 
 M = TypeVar("M", bound=BaseModel)
@@ -65,8 +66,7 @@ def read_model(path: str, model: type[M]) -> M | None:
         known = _known.get(path)
         if known is not None and known[0] == stamp and isinstance(known[1], model):
             return known[1]
-        with open(path, "rb") as file:  # noqa: PTH123 (as in stamp_of)
-            data = file.read()
+        data = whole(path)
     except OSError as error:
         if isinstance(error, FileNotFoundError) and not os.path.islink(path):  # noqa: PTH114 (as in stamp_of)
             return None

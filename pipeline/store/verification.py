@@ -16,7 +16,7 @@ from pitchlore.pipeline.store.mirrors import key_of
 from pitchlore.pipeline.store.outputs import RECEIPT
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
-from pitchlore.pipeline.store.sealed import REMEDY, parsed, read_anew, read_model
+from pitchlore.pipeline.store.sealed import REMEDY, parsed, read_anew
 
 #: Greatest size of a file that is restored, MiB: that of any.
 _WHOLE_MB = 1 << 20
@@ -162,16 +162,13 @@ def _read(
     for noun in nouns:
         for path in map(Path, listed(store.root / noun, RECEIPT)):
             try:
-                receipt = read_model(str(path), Receipt)
+                receipt = store.receipt_at(str(path))
             except (CorruptFile, ReadFailed) as error:
                 found.damages.append(Damage(path, error))
                 continue
-            if receipt is None:
-                continue
-            _count(path, found)
-            if path != store.root / receipt.noun / f"{receipt.name}{RECEIPT}":
-                found.others.append(f"{path}: is the receipt of {receipt.noun} {receipt.name}. Remove it.")
-            yield receipt
+            if receipt is not None:
+                _count(path, found)
+                yield receipt
     for noun, version in versions:
         folder = store.version_folder(noun, version)
         try:
