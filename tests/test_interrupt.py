@@ -40,6 +40,15 @@ def forever(source, target):
     replace(source, target)
 os.replace = forever
 """,
+    "a cluster is there": """
+import distributed, time
+wait_for = distributed.Client.wait_for_workers
+def forever(*given, **named):
+    wait_for(*given, **named)
+    print("moment", flush=True)
+    time.sleep(600)
+distributed.Client.wait_for_workers = forever
+""",
     "it is loaded": """
 import time, pitchlore.flows.cli
 def forever(): print("moment", flush=True); time.sleep(600)
@@ -118,7 +127,7 @@ def assert_stopped(command, presses=1):
 
 @pytest.mark.parametrize(("moment", "presses", "words", "there"), [
     ("a file is written", 2, ("run",), False), ("a file is written", 2, ("run", "--flow"), True),
-    ("a task runs", 1, ("run", "--flow"), False)])
+    ("a task runs", 1, ("run", "--flow"), False), ("a cluster is there", 1, ("run", "--on", "dask:local:1"), False)])
 def test_work_stops(flow, prefect_server, moment, presses, words, there):
     """Ctrl-C stops work between a file and its receipt; so it does in a flow, and a task that never ends.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -27,6 +28,7 @@ from pitchlore.pipeline.base.system import locked
 from pitchlore.pipeline.engine.child import hold_threads
 from pitchlore.pipeline.engine.placement.executors import Executors
 from pitchlore.pipeline.engine.placement.identity import first_difference, identity
+from pitchlore.pipeline.engine.placement.processes import start_tracker
 from pitchlore.pipeline.store.buckets import Bucket
 from pitchlore.pipeline.store.mirrors import Mirror, ObjectChange, located, mirror_of
 from pitchlore.pipeline.store.temporaries import temporary_beside
@@ -152,13 +154,15 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
             client = stack.enter_context(_connected(address))
         else:
             hold_threads()
+            start_tracker()
             # else any account of this machine could let the cluster run code
             closed = Security.temporary()  # type: ignore[no-untyped-call]
-            local = stack.enter_context(LocalCluster(
-                n_workers=width, threads_per_worker=1, processes=True, host="127.0.0.1", protocol="tls://",
-                dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
-                security=closed, silence_logs=logging.CRITICAL,
-            ))  # type: ignore[no-untyped-call]
+            with _deaf():
+                local = stack.enter_context(LocalCluster(
+                    n_workers=width, threads_per_worker=1, processes=True, host="127.0.0.1", protocol="tls://",
+                    dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+                    security=closed, silence_logs=logging.CRITICAL,
+                ))  # type: ignore[no-untyped-call]
             client = stack.enter_context(Client(local, set_as_default=False))  # type: ignore[no-untyped-call]
         where = address or "dask:local"
         try:
@@ -169,6 +173,19 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
         mirror = mirror_of(root)
         _check(client, mirror or root, where)
         yield Cluster(client, where, mirror)
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Threads and processes that start in the body do not hear Ctrl-C: the command hears it for all."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _connected(address: str) -> Client:

@@ -44,7 +44,7 @@ class Processes:
         self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
         if width > 1:
             hold_threads()
-            _start_tracker()
+            start_tracker()
         for number in range(width):
             self._free.put(None if width == 1 or (here and number == 0) else _process())
 
@@ -121,7 +121,7 @@ def _process() -> ProcessPoolExecutor:
     return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_begin)
 
 
-def _start_tracker() -> None:
+def start_tracker() -> None:
     """Start the process that frees the semaphores of an interrupted command, without a word on them."""
     said = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = "ignore"
