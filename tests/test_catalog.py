@@ -152,15 +152,14 @@ def test_closed_folder(finished, tmp_path):
              ["replay", match, "--output", str(out / "replay.html")], ["scout", "--out", str(out / "scout")],
              ["export", match, "--to", "csv", "--output", str(out)]]
     lines = json.dumps([[*each, "--data", str(data)] for each in words])
-    face = ("import pitchlore, sys; league = pitchlore.open(sys.argv[1]); m = league.matches[sys.argv[2]]; print(m.score); "
+    face = ("import pitchlore; league = pitchlore.open(sys.argv[2]); m = league.matches[sys.argv[3]]; print(m.score); "
             "print([league.sql('select count(*) from situations').fetchall() for _ in range(2)], league.lazy('goals').collect().height)")
     rows = ask(refresh(Store(finished))[0], code).item()
     with closed(data) as other:
         before = sorted(data.rglob("*"))
-        first = subprocess.run([*other, sys.executable, "-c", COMMAND_LINES, lines], text=True, capture_output=True)
-        assert (first.returncode, "pitchlore:" in first.stderr) == (0, False), first.stderr
-        assert first.stdout.startswith(f"n\n{rows}\n\0")
-        second = subprocess.run([*other, sys.executable, "-c", face, str(data), match], text=True, capture_output=True, check=True)
-        assert f"[[({rows},)], [({rows},)]]" in second.stdout
+        done = subprocess.run([*other, sys.executable, "-c", COMMAND_LINES + face, lines, str(data), match], text=True, capture_output=True)
+        assert (done.returncode, "pitchlore:" in done.stderr) == (0, False), done.stderr
+        assert done.stdout.startswith(f"n\n{rows}\n\0")
+        assert f"[[({rows},)], [({rows},)]]" in done.stdout.rpartition("\0")[2]
         assert sorted(data.rglob("*")) == before
     assert (out / "scout" / "index.html").exists()

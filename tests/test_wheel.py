@@ -30,11 +30,11 @@ pathlib.Path(__file__).with_name("imported").touch()
 """
 #: Owners of the packages of our folders' names that Python finds.
 OWNERS = "import flows, pipeline, schemas; print(flows.OWNER, pipeline.OWNER, schemas.OWNER)"
-#: Every cell of every notebook, where the command put them.
+#: Every cell of the notebooks, where the command put them, but of the one that plays for long.
 CELLS = """
 import json, os, pathlib
 os.chdir("notebooks")
-for path in sorted(pathlib.Path().glob("*.ipynb")):
+for path in sorted(pathlib.Path().glob("[!3]*.ipynb")):
     names = {}
     for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
         if cell["cell_type"] == "code":
@@ -154,7 +154,7 @@ def test_away_from_the_checkout(installed):
     copied = {path.name for path in (installed.folder / "notebooks").glob("*.ipynb")}
     assert copied == {path.name for path in (ROOT / "notebooks").glob("*.ipynb")}
     *executed, found = (line.split() for line in rest.splitlines())
-    assert executed == [[name] for name in sorted(copied)]
+    assert executed == [[name] for name in sorted(copied) if name[0] != "3"]
     assert len(found) > 15
     assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)
 

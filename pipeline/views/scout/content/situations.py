@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import polars as pl
@@ -32,10 +33,7 @@ def situation_facts(league: Sequence[LeagueMatch]) -> dict[str, Any]:
     share = counts.with_columns(share=pl.col("len") / pl.col("len").sum().over("kind")).sort("kind")
     clearest = rows.sort("strength", "start_ns", descending=[True, False], nulls_last=True).group_by(
         "kind", "code", maintain_order=True).first().sort("kind")
-    rules, used = rule_table(), terms_used()
-    # in the order of the terms, from little to much
-    terms = {kind: term_table(Kind(kind)).join(used, on=["variable", "term"], maintain_order="left")
-             for kind in _KINDS}
+    rules = rule_table()
     return {
         "kinds": _KINDS, "most": max(_KINDS, key=lambda kind: len(each[kind])),
         "macros": sorted(MACROS.items()), "cards": [{
@@ -46,30 +44,44 @@ def situation_facts(league: Sequence[LeagueMatch]) -> dict[str, Any]:
             "shares": share.filter(pl.col("code") == code).select("kind", "share", "len").rows(),
             "rules": [f"{row['initial']} → {row['final']}" for row in rules.filter(
                 pl.col("code") == code, pl.col("initial").is_not_null()).iter_rows(named=True)],
-            "curves": list(_curves({kind: table.filter(pl.col("code") == code)
-                                    for kind, table in terms.items()}, name)),
+            "curves": _curves(code, name),
         } for code, name in NAMES.items()],
     }
 
 
-def _curves(terms: dict[str, pl.DataFrame], name: str) -> Iterable[dict[str, Any]]:
+@cache
+def _terms() -> dict[str, dict[int, list[dict[str, Any]]]]:
+    """Terms of the rules by kind of pitch and code of the situation, in their order, from little to much."""
+    used, found = terms_used(), {}
+    for kind in _KINDS:
+        table = term_table(Kind(kind)).join(used, on=["variable", "term"], maintain_order="left")
+        found[kind] = table.rows_by_key("code", named=True, include_key=True)
+    return found
+
+
+@cache
+def _curves(code: int, name: str) -> tuple[dict[str, Any], ...]:
     """A chart for each variable of a situation's rules; kinds of pitch with the same terms share one."""
-    first = next(iter(terms.values()))
-    for variable in first["variable"].unique(maintain_order=True):
-        charts: dict[tuple[tuple[Any, ...], ...], list[str]] = {}
-        own = {kind: table.filter(pl.col("variable") == variable) for kind, table in terms.items()}
-        for kind, table in own.items():
-            rows = tuple(table.select("term", *_CORNERS).unique(maintain_order=True).rows())
-            charts.setdefault(rows, []).append(kind)
-        any_kind = own[_KINDS[0]]
-        unit, of_term = any_kind["unit"][0], dict(any_kind.group_by("term").agg(
-            pl.col("signal").unique(maintain_order=True)).iter_rows())
-        for rows, kinds in charts.items():
-            lines = [TermCurve(*row) for row in rows]
+    found = []
+    terms = {kind: of_code.get(code, []) for kind, of_code in _terms().items()}
+    any_kind = terms[_KINDS[0]]
+    for variable, unit in dict.fromkeys((row["variable"], row["unit"]) for row in any_kind):
+        charts: dict[tuple[TermCurve, ...], list[str]] = {}
+        for kind, rows in terms.items():
+            lines = dict.fromkeys(TermCurve(row["term"], *(row[corner] for corner in _CORNERS))
+                                  for row in rows if row["variable"] == variable)
+            charts.setdefault(tuple(lines), []).append(kind)
+        signals: dict[str, dict[str, None]] = {}
+        for row in any_kind:
+            if row["variable"] == variable:
+                signals.setdefault(row["term"], {})[row["signal"]] = None
+        for curves, kinds in charts.items():
             where = "all kinds of pitch" if len(kinds) == len(_KINDS) else ", ".join(kinds)
-            yield {
+            found.append({
                 "variable": variable, "unit": unit, "kinds": " ".join(kinds), "where": where,
-                "picture": term_chart(lines, f"membership of {variable} in the terms of {name}, {where}"),
-                "terms": [line._asdict() | {"swatch": swatch(place), "signals": ", ".join(of_term[line.term])}
-                          for place, line in enumerate(lines)],
-            }
+                "picture": term_chart(curves, f"membership of {variable} in the terms of {name}, {where}"),
+                "terms": [curve._asdict() | {
+                    "swatch": swatch(place), "signals": ", ".join(signals[curve.term])}
+                    for place, curve in enumerate(curves)],
+            })
+    return tuple(found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -129,6 +129,7 @@ def write_pages(
     return WrittenPages(folder.path / "index.html", folder.new, folder.kept, size)
 
 
+@cache
 def _made_by() -> str:
     """Hash of the code and the templates that make the pages."""
     return source_hash(("flows", "pipeline", "schemas"), (".py", ".html", ".css", ".js"))
