@@ -42,15 +42,6 @@ def test_rows_of_no_body() -> None:
     assert match.frames.counts().tolist() == [3]
 
 
-def test_cut_csv() -> None:
-    """A cut CSV is kept and marked."""
-    match = read(f"{HEADER}\n{FRAME}1,10.1,reds,1,0.")
-    assert len(match.frames) == 1
-    assert not match.info.complete
-    assert match.info.incomplete_reason == "the incomplete last line was left out"
-    assert flaws(match) == [("truncated", 1, None, None)]
-
-
 def columns_twice() -> bytes:
     out = io.BytesIO()
     x = pa.array([0.0])

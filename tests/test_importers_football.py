@@ -391,16 +391,6 @@ def test_markup_is_complete(kind, monkeypatch):
 
 
 @NEEDS_KLOPPY_ALONE
-def test_encodings_are_one_match():
-    """The same XML in another encoding is read by kloppy as the same match, letter by letter."""
-    meta, raw = (part.decode() for part in MADE["sportec"].make())
-    again = open_files([("m", meta.replace("UTF-8", "utf-16").encode("utf-16")), ("r", raw.encode("utf-8-sig"))], "sportec")
-    match, whole = read(again), read(made("sportec"))
-    assert match.frames.robots.tobytes() == whole.frames.robots.tobytes()
-    assert match.info.settings == whole.info.settings
-
-
-@NEEDS_KLOPPY_ALONE
 @pytest.mark.slow
 def test_stranger_reads_nothing(call, tmp_path):
     """A DTD that makes a secret a team's name, or names a pipe, is refused at once; kloppy alone prints the secret."""

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-from pitchlore.pipeline.engine.catalog import catalog_path, refresh
+from pitchlore.pipeline.engine.catalog import catalog_path
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording, with_map
@@ -73,20 +73,17 @@ def test_failure_everywhere(tmp_path, clips, finished, monkeypatch):
         assert made == wanted
 
 
-def test_rounds(tmp_path, clips):
+def test_rounds(data):
     """The lengths of behaviours are those of the rounds in the settings."""
-    fill(tmp_path, clips)
     two = Settings(behaviours=BehaviourSettings(rounds=(
         RoundSettings(n=3, rows=3, columns=4, activation=0.08),
         RoundSettings(n=1, rows=5, columns=5, activation=0.04),
     )))
-    report = run(tmp_path, settings=two)
-    assert report.failures == {}
-    lengths = ask(catalog_path(Store(tmp_path)), "select distinct n from behaviours order by n")
+    report = run(data, settings=two)
+    assert (report.failures, report.knowledge) == ({}, 2)
+    lengths = ask(catalog_path(Store(data)), "select distinct n from behaviours where version = 2 order by n")
     assert set(lengths["n"]) <= {1, 3}
     assert lengths.height
-    report = run(tmp_path)
-    assert (report.failures, report.knowledge) == ({}, 2)
 
 
 def test_nothing_selected(data):
@@ -146,40 +143,6 @@ def test_other_version(tmp_path, clips, monkeypatch):
     assert new
     assert again.name == receipt.name
     assert again.key != receipt.key
-
-
-@pytest.mark.parametrize("lost", [False, True], ids=["unreadable receipt", "lost file"])
-def test_made_anew(data, lost):
-    """Rows whose receipt cannot be read, or whose file is lost, are not in the catalogue; the next run makes them again."""
-    store = Store(data)
-    receipt = next(iter(store.receipts("situations")))
-    path, file = data / "situations" / f"{receipt.name}.receipt.json", data / receipt.files["situations"].path
-    whole = path.read_text()
-    if lost:
-        file.unlink()
-    else:
-        path.write_text(whole[:50])
-    assert [error.where for error in refresh(store)[1]] == [str(file if lost else path)]
-    assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
-    report = run(data)
-    assert path.read_text() == whole
-    assert refresh(store)[1] == []
-    made = [len(stage.made) for stage in report.stages if stage.noun == "situations"]
-    assert lost or (report.failures, report.knowledge, made) == ({}, 1, [1])
-
-
-def test_unreadable_match(data):
-    """An unreadable match or version is named, and the others go on; here the match has no log, either."""
-    store = Store(data)
-    name = next(iter(store.receipts("matches"))).name
-    (data / "matches" / f"{name}.receipt.json").write_text("{")
-    next((data / "matches").glob(f"{name}-*.log.mcap")).unlink()
-    (data / "knowledge" / "v0001" / "manifest.json").write_text("{")
-    report = run(data)
-    assert set(report.failures) == {f"matches {name}", "knowledge version 1"}
-    assert report.knowledge == 2
-    assert matches_known(data) == 1
-    assert ask(catalog_path(store), "select distinct version from behaviours")["version"].to_list() == [2]
 
 
 def test_single_stages(data):

@@ -337,10 +337,11 @@ def test_broken_receipt(tmp_path, call):
     put(store, *tables(season("paper", "static", 1, last=2)))
     first, page, _ = write_report(store)
     assert "not judged" in page.read_text()
-    put(store, *tables(season("paper", "static", 2, last=2)))
-    assert write_report(store)[0].key != first.key
-    (tmp_path / "seasons" / "paper-static-s2.receipt.json").write_text("{")
+    put(store, *tables(*(season("paper", "static", seed, last=2) for seed in (2, 3))))
+    (tmp_path / "seasons" / "paper-static-s3.receipt.json").write_text("{")
     code, out, err = call("report", "--json", "--data", tmp_path)
     assert code == 3
-    assert "paper-static-s2.receipt.json: is not a readable receipt" in err
-    assert [row["seasons"] for row in json.loads(out)["played"]] == [1]
+    assert "paper-static-s3.receipt.json: is not a readable receipt" in err
+    assert [row["seasons"] for row in json.loads(out)["played"]] == [2]
+    (again,) = store.receipts("report")
+    assert again.key != first.key

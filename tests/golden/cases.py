@@ -221,10 +221,16 @@ def match() -> Golden:
     return Golden(_csv(*shown), {"arena": arena.VERSION}, settings)
 
 
+@cache
+def _games(play: Callable[[Path], played.Shown]) -> tuple[tempfile.TemporaryDirectory[str], played.Shown]:
+    """A data folder after two games, and what is shown of them."""
+    folder = tempfile.TemporaryDirectory(prefix="golden-")
+    return folder, play(Path(folder.name))
+
+
 def games(play: Callable[[Path], played.Shown]) -> Golden:
     """Two games, and what was known and valued after them, or seen, and what comes of it."""
-    with _folder() as data:
-        settings, shown = play(data)
+    _, (settings, shown) = _games(play)
     return Golden(_csv(*shown), _versions("arena", *STAGES.learned, *STAGES.versioned, "seasons"), settings)
 
 
@@ -240,11 +246,10 @@ def evaluation() -> Golden:
 
 def report() -> Golden:
     """The report on the season of two games, as text."""
-    with _folder() as data:
-        played.season(data)
-        written = write_report(Store(data))
-        text = Store(data).read(written.receipt, "text").decode()
-        return Golden(text, _versions("report"), inputs=_digest(_csv(written.tables.games, written.tables.growth)))
+    store = Store(Path(_games(played.season)[0].name))
+    written = write_report(store)
+    text = store.read(written.receipt, "text").decode()
+    return Golden(text, _versions("report"), inputs=_digest(_csv(written.tables.games, written.tables.growth)))
 
 
 def tables() -> Golden:
