@@ -1,5 +1,6 @@
 """Seasons: played game by game, learned from game by game, and gone on with after anything."""
 
+import shutil
 from itertools import pairwise
 
 import polars as pl
@@ -39,10 +40,18 @@ def play(data, own, games):
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory):
-    """A data folder with a season of three games of 20 seconds."""
-    data = tmp_path_factory.mktemp("season")
-    play(data, season(), (1, 2, 3))
+def begun(tmp_path_factory):
+    """A data folder with the first of a season's three games of 20 seconds."""
+    data = tmp_path_factory.mktemp("begun")
+    play(data, season(), (1,))
+    return data
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory, begun):
+    """A data folder with the whole season."""
+    data = shutil.copytree(begun, tmp_path_factory.mktemp("season") / "data")
+    play(data, season(), (2, 3))
     return data
 
 
@@ -106,9 +115,9 @@ def test_knowledge(played):
 
 
 @pytest.mark.parametrize("stop_before", ["_commit", "knowledge", "policies"])
-def test_stopped_game(played, tmp_path, monkeypatch, stop_before):
+def test_stopped_game(begun, played, tmp_path, monkeypatch, stop_before):
     """A game that was stopped anywhere is gone on with, to the same tables."""
-    play(tmp_path, season(), (1,))
+    shutil.copytree(begun, tmp_path, dirs_exist_ok=True)
     matches = loop.play_game(tmp_path, season(), 2)
     emit = loop.emit
 

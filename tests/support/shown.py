@@ -31,7 +31,7 @@ from unittest.mock import patch
 
 from conftest import RECORDINGS, ROOT, SAMPLE
 
-from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, Settings
+from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, RunSettings, Settings
 
 #: Folders that pages show outputs of: files that are copied there, and the commands that come first.
 FOLDERS = {
@@ -165,10 +165,19 @@ def picked(lines: list[str], picks: str) -> list[str]:
     return out + ["…"] * (at < len(lines))
 
 
+#: Copies that are quickly fitted: pages show the recording, not what the copies play.
+_FEW_TREES = KnowledgeSettings(habits=HabitSettings(rounds=1, trees=5, windows_at_most=1000))
+
+
 def _few_trees(**named: Any) -> Settings:
-    """Settings of the demo whose copies are quickly fitted: pages show the recording, not what the copies play."""
-    quick = HabitSettings(rounds=1, trees=5, windows_at_most=1000)
-    return Settings(**{"knowledge": KnowledgeSettings(habits=quick), **named})
+    """Settings of the demo."""
+    return Settings(**{"knowledge": _FEW_TREES, **named})
+
+
+class _FewTrees(RunSettings):
+    """Settings of `pitchlore run`."""
+
+    knowledge: KnowledgeSettings = _FEW_TREES
 
 
 @dataclass
@@ -200,7 +209,8 @@ class Folder:
         if words not in self.printed:
             from pitchlore.flows.cli import main
 
-            with chdir(self.root), patch.dict(os.environ, COLUMNS=str(WIDTH)), redirect_stdout(io.StringIO()) as said:
+            with (chdir(self.root), patch.dict(os.environ, COLUMNS=str(WIDTH)), redirect_stdout(io.StringIO()) as said,
+                  patch("pitchlore.flows.commands.common.RunSettings", _FewTrees)):
                 try:
                     main(list(words[1:]))
                 except SystemExit as stop:
