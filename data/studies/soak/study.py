@@ -131,6 +131,7 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
         soak.find(f"{most} processes at once")
     figures = {
         "seconds": seconds, "seed": seed, "own disk": _OWN in os.environ, "clock": bool(clock.environment),
+        "users": len(league.users),
         "counts": dict(sorted(soak.counts.items())), "first quarter, last quarter, most": growth(samples),
         "files compared with a quiet run's": len(expected), "of these different": len(different),
         "verify": verified.stdout.strip().splitlines()[-1:],
