@@ -10,6 +10,7 @@ from pitchlore.schemas.analysis import PassAttempts as PassAttempts
 from pitchlore.schemas.analysis import Phases as Phases
 from pitchlore.schemas.analysis import Pressing as Pressing
 from pitchlore.schemas.analysis import Space as Space
+from pitchlore.schemas.analysis import Stamina as Stamina
 from pitchlore.schemas.appraisals import Appraisals as Appraisals
 from pitchlore.schemas.behaviours import Behaviours as Behaviours
 from pitchlore.schemas.behaviours import Patterns as Patterns

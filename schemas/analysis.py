@@ -1,4 +1,4 @@
-"""Analysts' tables of a match: tried passes, running, phases, pressing, space (docs/explanation/analysts.md).
+"""Analysts' tables of a match: tried passes, running, phases, pressing, space, stamina (docs/explanation/analysts.md).
 
 Nothing on the way to a policy reads them. All places are seen by the row's team, which attacks +x.
 """
@@ -135,3 +135,27 @@ class Space(Table):
     robots = dy.Int16(min=0, description="number of its robots that are seen")
     share = dy.Float32(min=0, max=1, description="share of the pitch")
     ahead = dy.Float32(min=0, max=1, description="share of the third in front of the adversary's goal")
+
+
+class Stamina(Table):
+    """Stamina of one player of a RoboCup 2D match, at the first line of each ten seconds. Sorted by t_ns, team, robot.
+
+    As the server's log has it, of players on the pitch; other formats have none. A dash spends stamina, and each cycle
+    gives some back. Source: rcssserver's ``player.cpp``.
+    """
+
+    NAME: ClassVar[str] = "stamina"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    t_ns = dy.Int64(description="time of the line", metadata=unit("ns"))
+    team = dy.Enum(SIDES, description="team of the player")
+    robot = dy.Int16(min=0, description="number of the player")
+    stamina = dy.Float32(min=0, description="what it can spend on dashes; 8,000 at most, by the server's default")
+    effort = dy.Float32(min=0, description="share of a dash's power that takes effect; falls while stamina is low")
+    recovery = dy.Float32(min=0, description=(
+        "share of the usual gain of stamina that a cycle brings; falls while stamina is low, and does not come back in play"
+    ))
+    capacity = dy.Float32(nullable=True, min=0, description=(
+        "stamina that can still come back; null in logs of version 4, which have none"
+    ))

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from support.recordings import read as opened
 
 from pitchlore.pipeline.base.errors import BadRecording
 from pitchlore.pipeline.engine.imports import import_all
+from pitchlore.pipeline.engine.matches import made as noun
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.importers.rcg import reading as rcg
@@ -24,7 +26,7 @@ from pitchlore.pipeline.importers.readers import read as read_source
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchLog
 from pitchlore.pipeline.store import Store
-from pitchlore.schemas import AWAY, HOME, Commands
+from pitchlore.schemas import AWAY, HOME, Commands, Stamina
 
 PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"
 
@@ -68,7 +70,7 @@ def test_axes_and_cycles(version: int) -> None:
     assert right["theta"] == pytest.approx(np.pi)
     assert np.isnan(left["omega"])
     assert match.frames.number.tolist() == [7]
-    assert match.info.settings == {"version": version, "step_ms": 100}
+    assert (match.info.settings["version"], match.info.settings["step_ms"]) == (version, 100)
 
 
 #: A log that begins after goals.
@@ -236,6 +238,32 @@ def counted(cycle: int, *players: str) -> str:
 def group(version: int = 6, **counts: int) -> str:
     """The counters of a version; those that are not named are zero."""
     return " ".join(str(counts.get(name, 0)) for name in (COUNTED if version > 5 else COUNTED[:-1]))
+
+
+@pytest.mark.parametrize("version", [4, 5, 6])
+def test_stamina(version: int) -> None:
+    """Stamina is that of the first line of each ten seconds, of players on the pitch; version 4 has no capacity."""
+    def spent(cycle: int, number: str, state: str = "0x1") -> str:
+        whole = player(group(version), number=number, state=state, version=version)
+        return re.sub(r"\(s \d+ 1 1", f"(s {8000 - 10 * cycle}.5 0.75 0.9", whole)
+
+    lines = [counted(cycle, spent(cycle, "r 2"), spent(cycle, "l 1"), spent(cycle, "r 3", "0"))
+             for cycle in [*range(1, 50), *range(120, 231)]]
+    found = next(table for table, schema in noun(read(log(PARAMS, *lines, version=version))).tables if schema is Stamina)
+    assert not len(Stamina.filter(found)[1])
+    capacity = None if version == 4 else 130600.0
+    assert found.drop("match_id").rows() == [
+        (at * 10**9, team, robot, stamina, 0.75, pytest.approx(0.9), capacity)
+        for at, stamina in ((0, 7990.5), (11.9, 6800.5), (21.9, 5800.5)) for team, robot in (("home", 1), ("away", 2))]
+
+
+def test_stamina_of_a_real_log() -> None:
+    """The least stamina of a real log lies below what is full, and nobody gains more than the server gives in ten seconds."""
+    found = next(table for table, schema in noun(imported(RCSS)).tables if schema is Stamina)
+    assert found.height == 132 == 6 * found["t_ns"].n_unique()
+    assert 0 < found["stamina"].min() < 8000 == found["stamina"].max()
+    assert (found["stamina"].diff(6).drop_nulls() <= 100 * 60).all()
+    assert found.filter(pl.col("capacity").diff(6) > 0)["t_ns"].n_unique() == 1, "it is filled up at half-time"
 
 
 def commands(match: MatchLog) -> list[tuple[object, ...]]:

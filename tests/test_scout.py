@@ -283,8 +283,8 @@ def test_analysis_is_that_of_sql(store, pages):
     shown = dict(re.findall(r'<th scope="row">([^<]*)</th><td>([\d.]+)', page))
     labels = ("passes tried", "of these arrive", "distance of a robot, m a minute",
               "passes allowed for each ball won or duel (PPDA)", "pitch that it reaches first")
-    assert [float(shown[label]) for label in labels] == pytest.approx(asked)
-    assert "blue: who passes to whom" in page
+    assert [float(shown[label]) for label in labels] == pytest.approx(asked, abs=0.0051)  # SQL rounds a half up
+    assert "Who passes to whom" in page
 
 
 def test_matches_without_analysis(store, tmp_path):
@@ -294,7 +294,7 @@ def test_matches_without_analysis(store, tmp_path):
     for path in (old.root / "analysis").iterdir():
         path.unlink()
     write_pages(old, tmp_path / "pages")
-    assert "PPDA" not in "".join(path.read_text() for path in (tmp_path / "pages").rglob("*.html"))
+    assert "PPDA" not in "".join(path.read_text() for path in (tmp_path / "pages").glob("*/*.html"))
 
 
 # ---- in a browser

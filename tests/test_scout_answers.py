@@ -45,7 +45,7 @@ def test_losses():
     one, two, three = losses(held, {MATCH: 1.5}, {1: RobotNumbers("striker", 1.0, 5.0), 3: RobotNumbers("midfield", 0.5, 5.0)})
     assert (one.robot, one.role, one.thirds, one.n, one.per_ten) == (1, "striker", (1, 1, 0), 2, 4.0)
     assert (two.thirds, two.per_ten) == ((0, 0, 1), None), "a robot that is not seen has no rate"
-    assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50%")
+    assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50\u00a0%")
     held = pl.concat([rows(Possession, {"match_id": name, "team": "home", "last_robot": 1, "end_x": 0.5, "ended": "lost"})
                       for name in ("small", "large")])
     assert losses(held, {"small": 1.5, "large": 9.0}, {})[0].thirds == (0, 1, 1)

@@ -143,7 +143,8 @@ def test_states_are_in_words(store, pages):
     top = store.read_table(store.latest("policies"), "states", States).filter(
         pl.col("verdict").is_in(["few", "close"]), pl.col("key") == "self6", pl.col("role") == "striker",
     ).sort("visits", "state", descending=[True, False]).row(0, named=True)
-    assert f"<code>{top['state']}</code>" in shown
+    numbers = store.read_table(store.latest("policies"), "states", States)["state"]
+    assert not {str(each) for each in numbers if each > 10**6} & set(re.findall(r"\d+", re.sub(r"<[^>]*>", " ", shown)))
     words = elements_of(np.array([top["state"]]), "self6", ROLES.index("striker"))[0].to_list()
     assert sentences(levels_in_words(words), "striker")[0] in shown
 

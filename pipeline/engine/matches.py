@@ -31,7 +31,7 @@ from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.store.work import Made, Work
-from pitchlore.schemas import SIDES, Commands, GameEvents, Kicks, Matches, Quality, Referee, Table
+from pitchlore.schemas import SIDES, Commands, GameEvents, Kicks, Matches, Quality, Referee, Stamina, Table
 
 if TYPE_CHECKING:
     from pitchlore.pipeline.importers.football.dataset import KloppyDataset
@@ -361,10 +361,15 @@ def made(match: MatchLog, data: Content | None = None) -> Made:
 
 
 def _told(match: MatchLog) -> list[tuple[pl.DataFrame, type[Table]]]:
-    """Tables of what SSL's game controller and trackers tell, which the log's settings have."""
-    told = match.info.settings.get("told", {})
-    return [(schema.of([{"match_id": match.info.match_id, **row} for row in told[schema.NAME]]), schema)
-            for schema in (GameEvents, Kicks) if isinstance(told, dict) and told.get(schema.NAME)]
+    """Tables of what SSL's game controller and trackers and 2D's server tell; the log's settings have it."""
+    told, own = match.info.settings.get("told", {}), {"match_id": match.info.match_id}
+    return [(schema.of([own | row for row in _rows(told[schema.NAME])]), schema)
+            for schema in (GameEvents, Kicks, Stamina) if isinstance(told, dict) and told.get(schema.NAME)]
+
+
+def _rows(told: list[dict[str, Any]] | dict[str, list[Any]]) -> list[dict[str, Any]]:
+    """Rows of a table that is told as rows, or as columns."""
+    return told if isinstance(told, list) else pl.DataFrame(told).rows(named=True)
 
 
 def _bodies(match: MatchLog) -> dict[str, object]:

@@ -82,6 +82,7 @@ from pitchlore.schemas import (
     Sights,
     Situations,
     Space,
+    Stamina,
     States,
     StatesPlayed,
     Trajectories,
@@ -284,7 +285,8 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
 
 STAGES = Chain(
-    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands, GameEvents, Kicks), version=4),
+    Stage("matches", Per.MATCH,
+          schemas=(Matches, Referee, Quality, Commands, GameEvents, Kicks, Stamina), version=4),
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 2, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 4, _situations),

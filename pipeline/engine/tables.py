@@ -41,6 +41,7 @@ from pitchlore.schemas import (
     Sights,
     Situations,
     Space,
+    Stamina,
     Table,
     Trajectories,
     Values,
@@ -100,6 +101,7 @@ class MatchTables:
     commands = TableOf(Commands, "matches", optional=True)
     game_events = TableOf(GameEvents, "matches", optional=True)
     kicks = TableOf(Kicks, "matches", optional=True)
+    stamina = TableOf(Stamina, "matches", optional=True)
     sides = TableOf(Sides, "sides")
     trajectories = TableOf(Trajectories, "trajectories")
     situations = TableOf(Situations, "situations")

@@ -53,7 +53,7 @@ TERMS = (
          "−1 and 1, and each league has a V of its own.",
          "V|[Cc]hances? (?:of [^.]{1,40} )?to score soon|Who is on top"),
     Term("value", "Value",
-         "Of a behaviour: what an instance changes of V on average, with its 95 % interval in "
+         "Of a behaviour: what an instance changes of V on average, with its 95 % interval in "
          "brackets. Of a behaviour in a state of a policy: the return that the policy expects, +1 for "
          "a goal for and −1 for a goal against, less the later it comes.",
          "[Vv]alues?"),
@@ -66,22 +66,22 @@ TERMS = (
          "may do harm.",
          "[Ww]ent with (?:better|worse|more|winning|losing|its)(?:(?: adversaries')? chances)?"),
     Term("sure", "Sure",
-         "It is hardly chance that the two went together. Of behaviours that are called so, 5 % are "
-         "false at most; of acts on the first page, the 99.9 % interval leaves out no change.",
+         "It is hardly chance that the two went together. Of behaviours that are called so, 5 % are "
+         "false at most; of acts on the first page, the 99.9 % interval leaves out no change.",
          "(?<=: )sure|^sure$"),
     Term("likely", "Likely",
-         "The 95 % interval leaves out no change; but of thousands that are compared, some do by luck.",
+         "The 95 % interval leaves out no change; but of thousands that are compared, some do by luck.",
          "(?<=: )likely|^likely$"),
     Term("too-few", "Too few",
-         "Seen too seldom to say: fewer than five times, or the 95 % interval has no change in it.",
+         "Seen too seldom to say: fewer than five times, or the 95 % interval has no change in it.",
          "(?<=: )too few"),
     Term("too-few-matches", "Too few matches",
-         "The matches differ so much that the 95 % interval of their mean reaches from 0 to twice the "
+         "The matches differ so much that the 95 % interval of their mean reaches from 0 to twice the "
          "mean: the mean says little yet.",
          "too few matches"),
-    Term("interval", "95 % interval",
+    Term("interval", "95 % interval",
          "Where a number lies as far as chance goes. Of a hundred such intervals about five miss it.",
-         "95 % intervals?"),
+         "95[ \\u00a0]% intervals?"),
     Term("evidence", "Evidence",
          "How much a number rests on. That of a policy is counted in episodes.",
          "[Ee]vidence"),
@@ -141,12 +141,16 @@ TERMS = (
          "A pass far forward, deep into the adversary's half and behind its last robot but the "
          "goalkeeper.",
          "[Tt]hrough pass(?:es)?"),
+    Term("tried", "Pass that was tried",
+         "A ball that leaves a robot and goes at least 2 m on a pitch of 105 m, in proportion on "
+         "others, before another robot touches it or play stops. One that arrives is a pass.",
+         "passes tried"),
     Term("pressing", "To press",
          "To be close to an adversary while it touches the ball. Two robots that press at once count "
          "twice.",
          "[Pp]ress(?:ed|es|ing|ure)?"),
     Term("ppda", "PPDA",
-         "Passes that the adversary tries in its own 60 % of the pitch, for each ball won or duel "
+         "Passes that the adversary tries in its own 60 % of the pitch, for each ball won or duel "
          "there. Less is more pressing.",
          "PPDA"),
     Term("phase", "Phase",
@@ -155,16 +159,16 @@ TERMS = (
          "build-up in the own one, middle, and attack.",
          "[Pp]hases?|[Tt]ransition|[Bb]uild-up|[Oo]f its possession"),
     Term("sprint", "Fast, sprint",
-         "Fast is from 60 % of the league's top cruising speed, of people from 5.5 m/s. A sprint is a "
-         "stretch from 90 %, of people from 7 m/s.",
+         "Fast is from 60 % of the league's top cruising speed, of people from 5.5 m/s. A sprint is a "
+         "stretch from 90 %, of people from 7 m/s.",
          "[Ss]prints?|fast"),
     Term("stamina", "Stamina",
          "What a player of RoboCup 2D can still spend on running, of 8,000; the server gives some of "
-         "it back in each cycle. Below 30 % its dashes may become weaker.",
+         "it back in each cycle. While it is low, its dashes become weaker.",
          "[Ss]tamina"),
     Term("typical", "Typical",
          "What a team shows more often than the other teams of its league, also by the lower end of "
-         "the 95 % interval.",
+         "the 95 % interval.",
          "^[Tt]ypical$|[Tt]ypical of"),
     Term("neuron", "Neuron and prototype",
          "A cell of a self-organising map, which puts grams that are alike side by side. Its prototype "
@@ -174,7 +178,7 @@ TERMS = (
          "The number of cases that a number is made from.",
          "n(?= =)|^n$"),
     Term("beyond", "★",
-         "The difference is larger than chance gives: in 95 % of such cases chance stays below it.",
+         "The difference is larger than chance gives: in 95 % of such cases chance stays below it.",
          "★"),
     Term("tables", "Tables",
          "The pages show numbers of public tables. Names such as `decisions` or `grams` are such "

@@ -6,6 +6,6 @@ radians counter-clockwise and velocities metres a second. The left team attacks 
 rcssserver never changes sides, not even at half-time (``Stadium::callHalfTime``).
 
 ``json_lines`` says a JSON log in the words of a text log, ``lines`` parses that, ``players`` makes samples
-and commands of its show lines, ``events`` makes events of its playmodes and scores, and ``reading`` makes
-the match.
+and commands of its show lines, ``stamina`` reads stamina in some of them, ``events`` makes events of its
+playmodes and scores, and ``reading`` makes the match.
 """

@@ -21,6 +21,7 @@ _COUNTERS = (
 )
 _PLACE = ("x", "y", "vx", "vy")
 _BODY = (*_PLACE, "body", "neck")
+_STAMINA = ("stamina", "effort", "recovery", "capacity")
 _PARAMS = ("goal_width", "half_time", "simulator_step")
 _DECODER = json.JSONDecoder(strict=False)
 #: Most characters of an object (the server's have some thousands), and most objects that are damaged: of each
@@ -117,4 +118,6 @@ def _player(said: Mapping[str, Any]) -> str:
     counts = said.get("count", said)
     counted = f" (c {' '.join(str(counts[name]) for name in _COUNTERS)})" if "kick" in counts else ""
     body = " ".join([format(said[name], _DIGITS) for name in _BODY])
+    spent = " ".join([format(said[name], _DIGITS) for name in _STAMINA if name in said])
+    counted = f" (s {spent}){counted}" if spent else counted
     return f" (({said['side']} {said['unum']}) {said['type']} {said['state']} {body}{counted})"

@@ -13,7 +13,8 @@ _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
 _SHOW = re.compile(
     rb"\(show (\d{1,9})(?: \((?:pm|tm) [^()]*\))* \(\(b\) " + b" ".join([_NUMBER] * 4) + rb"\)"
 )
-#: Head of a player's group; of the rest (point-to, view, stamina, focus, counters) only counters are read.
+#: Head of a player's group; of the rest (point-to, view, stamina, focus, counters) only counters are read of
+#: each line (stamina: see there).
 _PLAYER = re.compile(
     rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]{1,8}|\d{1,9}) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
 )
@@ -34,6 +35,8 @@ _TEAM = re.compile(rb"\(team (\d{1,9}) " + _NAME + b" " + _NAME + rb" (\d{1,4}) 
 _OTHER_LINES = (b"(server_param", b"(player_param", b"(player_type", b"(msg", b"(team_graphic", b"(draw")
 
 _NO_TEAM = "null"
+#: Milliseconds from one line that is kept to the next.
+_KEPT_MS = 10_000
 #: Longest gap, cycles; a larger jump is a new count of cycles.
 _LONGEST_GAP = 6000
 _LONGEST_STEP_MS = 1000
@@ -71,6 +74,7 @@ class ParsedLines:
         last_bad: whether the last line is one of them.
         lost: number of incomplete show lines since the last complete one.
         uncounted: number of groups of counters that are no numbers, in complete lines.
+        kept: index and text of the first show line of each ten seconds, for what is read of it besides.
     """
 
     server: Server = field(default_factory=Server)
@@ -85,6 +89,7 @@ class ParsedLines:
     last_bad: bool = False
     lost: int = 0
     uncounted: int = 0
+    kept: list[tuple[int, bytes]] = field(default_factory=list)
 
 
 def scan_lines(text: bytes) -> ParsedLines:
@@ -134,6 +139,8 @@ def _show_line(line: bytes, record: ParsedLines) -> bool:
         gap = cycle - record.numbers[-1]
         tick = record.ticks[-1] + max(gap if gap <= _LONGEST_GAP else 1, 1 + record.lost)
     record.lost = 0
+    if not record.kept or (tick - record.ticks[record.kept[-1][0]]) * record.server.step_ms >= _KEPT_MS:
+        record.kept.append((len(record.ticks), line))
     record.numbers.append(cycle)
     record.ticks.append(tick)
     record.balls.append(head.groups()[1:])

@@ -12,12 +12,14 @@ from pitchlore.pipeline.importers.rcg.events import events_of
 from pitchlore.pipeline.importers.rcg.json_lines import text_lines, timestamp_of
 from pitchlore.pipeline.importers.rcg.lines import ParsedLines, scan_lines
 from pitchlore.pipeline.importers.rcg.players import commands_of, players_of, shown_frames
+from pitchlore.pipeline.importers.rcg.stamina import stamina_of
 from pitchlore.pipeline.importers.rows import referee
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 from pitchlore.pipeline.matches.frame import MatchInfo, MatchLog, Period
 from pitchlore.pipeline.matches.quality import Flaw, quality_table
 from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.schemas import Stamina
 
 #: The begin of a log, its version or the array of one in JSON; and after a line's end, which is found fast.
 _BEGIN = rb"(?:ULG([4-9])\b[^\n]*|JSON\b[^\n]*|\[)"
@@ -66,12 +68,14 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     ends = text.rstrip().endswith(b"]") if in_json else not record.last_bad or text.endswith(b"\n")
     cut = not ends or (last and len(whole) < len(source.content))
     flaws, reason = _damage(record, frames.t_ns, source.damage if last else None, cut=cut)
-    several: dict[str, object] = {}
+    more: dict[str, object] = {}
     if len(logs) > 1:
-        several = {"match": {"number": source.number, "of": len(logs)}}
+        more = {"match": {"number": source.number, "of": len(logs)}}
         flaws.append(Flaw("several matches", (
             f"the recording has {len(logs)} matches one after the other, this is number {source.number}: an "
             "import makes each a match of its own"), len(logs)))
+    if stamina := stamina_of(record, frames.t_ns):
+        more["told"] = {Stamina.NAME: stamina}
     if reason is None and not over:
         reason = "the log ends before time over"
     end_ns = int(frames.t_ns[-1]) + 1
@@ -85,7 +89,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         pitch=pitch,
         periods=(Period(start_ns=0, end_ns=end_ns, home_attacks=1, inferred=False),),
         started_at=_started(text) if in_json else None,
-        settings={"version": "json" if in_json else version, "step_ms": record.server.step_ms, **several},
+        settings={"version": "json" if in_json else version, "step_ms": record.server.step_ms, **more},
         software=RELEASE,
         complete=reason is None,
         incomplete_reason=reason,

@@ -82,7 +82,7 @@ def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:
     ordered = occurrences.sort("change", *keys)
     return {
         str(name): [
-            Clip.about(row, row["t_ns"], row["done_ns"], f"{kind}, {row['change']:+.2f}",
+            Clip.about(row, row["t_ns"], row["done_ns"], f"{kind}, {round(row['change'], 2) + 0.0:+.2f}",
                        before_s=LEAD_S, after_s=TAIL_S)
             for kind, part in _parts(rows) for row in part.iter_rows(named=True)]
         for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}

@@ -20,7 +20,8 @@ from pitchlore.pipeline.views.scout.moments import moment
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
 #: Further style sheets and scripts, which are added to those two.
-_MORE_STYLE, _MORE_SCRIPT = ("marks.css", "map.css", "states.css", "looks.css"), ("pick.js", "looks.js")
+_MORE_STYLE = ("marks.css", "map.css", "states.css", "looks.css", "print.css")
+_MORE_SCRIPT = ("pick.js", "looks.js")
 
 
 @cache
@@ -59,7 +60,7 @@ def page_files() -> dict[str, bytes]:
 
 def _typed(text: str) -> Markup:
     """A text whose parts between backticks are typed."""
-    return Markup(re.sub("`(.*?)`", r"<code>\1</code>", escape(text)))  # noqa: S704 (it is escaped)
+    return Markup(re.sub("`(.*?)`", r"<code>\1</code>", str(escape(text))))  # noqa: S704 (it is escaped)
 
 
 @pass_context
@@ -93,4 +94,4 @@ def _clock(seconds: float) -> str:
 
 
 def _number(value: float | None, digits: int = 2) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"  # no minus before a zero

@@ -36,7 +36,7 @@ class RobotNumbers(NamedTuple):
     @property
     def says(self) -> str:
         """Its role in words, with the share where the role is not constant."""
-        return self.role if self.share >= _CONSTANT else f"{self.role} for {self.share:.0%}"
+        return self.role if self.share >= _CONSTANT else f"{self.role} for {100 * self.share:.0f}\u00a0%"
 
 
 class Losses(NamedTuple):

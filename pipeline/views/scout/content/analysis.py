@@ -1,4 +1,4 @@
-"""Passing, running, phases, pressing and space of a team, from the tables of the stage analysis."""
+"""Passing, running, phases, pressing and space of a team, from the tables of the stage analysis; stamina."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def analysed(sides: Sequence[tuple[LeagueMatch, str]], style: str = "home") -> d
         pl.col("role").cast(pl.String).drop_nulls().mode().sort().first()).sort("robot")
     return {
         "rows": [{"label": label, "unit": unit, "own": own[name], "other": other[name]}
-                 for label, name, unit in _ROWS],
+                 for label, name, unit in _ROWS if own[name] is not None or "stamina" not in name],
         "network": network(tried, pitch, style), "running": running.to_dicts()}
 
 
@@ -48,6 +48,7 @@ _ROWS = (
     ("presses in the adversary's third", "high", "share"),
     ("lost balls that are soon regained", "regained", "share"),
     ("pitch that it reaches first", "space", "share"), ("of the third ahead", "ahead", "share"),
+    ("stamina of a player, mean", "stamina", "0"), ("least stamina of a player", "least_stamina", "0"),
     *((f"of its possession: {phase}", phase, "share") for phase in PHASES),
 )
 
@@ -68,6 +69,7 @@ def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str
     held = dict(phases.group_by(pl.col("phase").cast(pl.String)).agg(
         (pl.col("end_ns") - pl.col("start_ns")).sum()).iter_rows())
     shares = space.select(pl.col("share", "ahead").mean()).row(0, named=True)
+    left = over_sides(sides, LeagueMatch.stamina, own=own)["stamina"].cast(pl.Float64)
     return {
         "tried": float(tried.height), "arrive": _share(came.get("arrives", 0), tried.height),
         "intercepted": _share(came.get("intercepted", 0), tried.height),
@@ -77,6 +79,7 @@ def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str
         "ppda": _share(press["passes"], press["actions"]), "high": _share(press["high"], press["presses"]),
         "regained": _share(press["regained"], press["lost"]),
         "space": shares["share"], "ahead": shares["ahead"],
+        "stamina": left.mean(), "least_stamina": left.min(),  # type: ignore[dict-item]
         **{phase: _share(held.get(phase, 0), sum(held.values())) for phase in PHASES}}
 
 

@@ -49,6 +49,8 @@ def _said(flaw: str, count: int, samples: int) -> str:
     what, counted = WORDS[flaw]
     if not counted:
         return what
-    if counted == "samples" and count <= samples:
+    if counted == "samples" and count == samples:
+        return what
+    if counted == "samples" and count < samples:
         return f"{what}: {count:,} of {samples:,} samples"
     return f"{what}: {count:,} {counted if count != 1 else counted.removesuffix('s')}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,7 +22,9 @@ def league_facts(
     rows.sort(key=lambda row: row["date"], reverse=True)
     standings = [_standing(team, league, lines) for team in teams]
     standings.sort(key=lambda it: (-it["won"], it["lost"], it["against"] - it["goals"]))
-    return {"title": TITLE, "every": every, "rows": rows, "standings": standings}
+    kinds = Counter(row["kind"] for row in rows)
+    return {"title": TITLE, "every": every, "rows": rows, "standings": standings, "leagues": [
+        (kind, [it for it in standings if it["team"].kind == kind]) for kind, _ in kinds.most_common()]}
 
 
 def _standing(

@@ -101,8 +101,8 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
     share = won.height / max(pressed.height, 1)
     return _said(
         "Under pressure",
-        f"A robot pressed it {number_of(pressed.height, 'time')}. In {won.height} of these ({share:.0%}) the"
-        " pressing team won the ball.",
+        f"A robot pressed it {number_of(pressed.height, 'time')}. In {won.height:,} of these"
+        f" ({100 * share:.0f}\u00a0%) the pressing team won the ball.",
         [_clip(row, row["end_ns"], "won by pressing")
          for row in _spread(won).iter_rows(named=True)])
 
@@ -137,8 +137,8 @@ def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitc
     out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
     return _said(
         "Its keeper",
-        f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
-        f" samples). {saves(faced)}",
+        f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of"
+        f" {len(at):,} samples). {saves(faced)}",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
          for row in _spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
 
@@ -165,7 +165,7 @@ def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
     given = over_sides(played, LeagueMatch.restarts).filter("own")
     led = given.filter(came_soon("shot_ns"))
     parts = ", ".join(
-        f"{it.kind} {it.shot.hits} of {it.shot.n} [{it.shot.low:.0%}, {it.shot.high:.0%}]"
+        f"{it.kind} {it.shot.hits} of {it.shot.n} [{100 * it.shot.low:.0f}, {100 * it.shot.high:.0f}]\u00a0%"
         for it in paid(given))
     return _said(
         "Its restarts",

@@ -8,6 +8,8 @@ let league = null;
 const ROWS = 2000, FIRST = 20;
 /** The normal distribution's 97.5 % point. */
 const Z = 1.959964;
+/** Of what the numbers of a table are, its counts and its other numbers. */
+const TEN = "share, or each 10 minutes";
 
 /** Called by compare/numbers.js. */
 function scoutNumbers(facts) {
@@ -193,7 +195,7 @@ function twoTeams(...slugs) {
   const both = slugs.map((slug) => league.teams.find((team) => team.slug === slug));
   const independent = !met(both);
   const rows = league.measures.map(([label, key, share]) => [
-    share ? label : `${label}, each 10 minutes`, ...both.map((team) => interval(team.numbers[key], share)),
+    label, ...both.map((team) => interval(team.numbers[key], share)),
     apart(...both.map((team) => team.numbers[key]), share, independent)]);
   const link = (team) => {
     const made = document.createElement("a");
@@ -201,7 +203,7 @@ function twoTeams(...slugs) {
     made.textContent = `${team.name} (${team.kind})`;
     return made;
   };
-  const found = [table(["", ...both.map(link), "second less first"], [
+  const found = [table([TEN, ...both.map(link), "second less first"], [
     ["matches", ...both.map((team) => team.matches), ""], ...rows])];
   for (const team of both) if (team.counted !== undefined && team.counted.includes(",")) found.push(paragraph(`${team.name}: ${team.counted}.`));
   found.push(paragraph(independent
@@ -216,9 +218,9 @@ function twoSets(...places) {
   const both = places.map((place) => league.sets[Number(place)]);
   const independent = !both[0].matches.some((match) => both[1].matches.includes(match));
   const rows = league.measures.map(([label, key, share]) => [
-    share ? label : `${label}, each 10 minutes`, ...both.map(({ numbers }) => interval(numbers[key], share)),
+    label, ...both.map(({ numbers }) => interval(numbers[key], share)),
     apart(...both.map(({ numbers }) => numbers[key]), share, independent)]);
-  return [table(["", ...both.map(({ says }) => says), "second less first"], [
+  return [table([TEN, ...both.map(({ says }) => says), "second less first"], [
     ["matches", ...both.map(({ matches }) => matches.length), ""], ...rows]), paragraph(independent
     ? "★ the 95 % interval of the difference leaves out 0. Differences of shares are in percentage points."
     : "The two have matches in common, so no interval of the difference is given.")];
@@ -253,7 +255,7 @@ function told(rows, names, independent) {
   const only = (side) => rows.filter((row) => row[side] && !row[side === "a" ? "b" : "a"]).length;
   const counts = `${both.length} in both, ${only("a")} only in ${names[0]}, ${only("b")} only in ${names[1]}.`;
   if (!independent) return `${counts} The two have matches in common, so no interval of the difference is given.`;
-  return `${counts} Of ${tested.length} that can be compared, ${tested.filter(({ sure }) => sure).length} pay more in one`
+  return `${counts} Of ${tested.length} that can be compared, ${tested.filter(({ sure }) => sure).length} went with more in one`
     + ` (the 95 % interval of the difference leaves out 0); by chance alone it would be about ${(0.05 * tested.length).toFixed(1)}.`;
 }
 
