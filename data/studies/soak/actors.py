@@ -463,8 +463,10 @@ class Soak:
         except subprocess.TimeoutExpired:
             self.find(f"{process.args!r} does not end in {END_S:.0f} s")
             process.kill()
-        if process.stdout is not None:
-            process.stdout.close()
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                with suppress(BrokenPipeError):
+                    pipe.close()
 
 
 def _mib(folder: Path, pattern: str) -> float:
