@@ -63,7 +63,7 @@ def test_another(derby: tuple[Store, Path, Path]) -> None:
 
 
 def test_weighty_remarks(derby: tuple[Store, Path, Path]) -> None:
-    """Of too many remarks those of weight are told: that goals are unknown before which team was taken for home."""
+    """The weightiest of too many remarks are said: unknown goals before the team that was taken as home."""
     store, file, mapping = derby
     mapping.write_text(MAP.replace('home = "reds", ', ""))
     take_in(store, Recording(file=file, mapping=mapping))

@@ -109,7 +109,7 @@ def test_the_table_of_import_says_so(call, tmp_path: Path) -> None:
 
 
 def test_loading_that_fails(monkeypatch) -> None:
-    """What is loaded ahead fails without a word: who asks for it meets the same error. Ctrl-C had shown a traceback."""
+    """A module that is loaded ahead fails without a word: who asks for it meets the same error. Ctrl-C had shown a traceback."""
     began, failed = threading.Event(), list[object]()
 
     def fail(_: MatchLog) -> None:

@@ -37,7 +37,7 @@ def flipped(path: Path) -> None:
 
 
 def another(path: Path) -> None:
-    """What was written for another place, as by a copy with a wrong name; where there is no other, half of it."""
+    """Bytes of another place, as by a copy with a wrong name; where there is no other, half of them."""
     others = [other for other in path.parent.glob(f"*{path.name[-13:]}") if other != path]
     path.write_bytes(others[0].read_bytes() if others else path.read_bytes()[:path.stat().st_size // 2])
 

@@ -43,7 +43,7 @@ class Held(Protocol):
 
 
 def by_day(log: Held) -> tuple[str, str]:
-    """What a league is sorted by: a match's day and time, those without one first, and its id."""
+    """Sort key of a league's matches: day and time, those without one first, then the id."""
     return log.details.get("started_at", ""), log.name
 
 

@@ -40,7 +40,7 @@ KINDS = STAGES.nouns(Per.MATCH)
 
 
 class Answer(NamedTuple):
-    """What `sql` says.
+    """Answer of `sql`.
 
     Attributes:
         code: exit code.
@@ -63,7 +63,7 @@ class League:
 
     Attributes:
         data: the data folder.
-        users: those who call commands.
+        users: callers of commands.
         recordings: files that are matches.
         refused: files that are none.
     """
@@ -146,7 +146,7 @@ class League:
         return answer.rows
 
     def asked(self, data: Path | str | None = None, user: User | None = None) -> Answer:
-        """What `sql` says to the question."""
+        """Answer of `sql` to the question."""
         asked = self.call("sql", QUESTION, "--json", data=data, user=user)
         rows = None
         with suppress(ValueError):  # refused, or killed while it wrote

@@ -39,9 +39,9 @@ class User(NamedTuple):
     """Somebody who calls commands.
 
     Attributes:
-        name: what the log calls the user.
+        name: the user in the log.
         uid: number; None for the user of this process.
-        environment: of the user's processes.
+        environment: environment of the processes of the user.
     """
 
     name: str

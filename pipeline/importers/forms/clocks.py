@@ -86,7 +86,7 @@ def _row(column: pl.Series, wrong: str) -> str:
     return f" (row {rows[0] + 1})" if len(rows) else ""
 
 
-def start_of(column: pl.Series, unit: str) -> datetime | None:
+def first_time(column: pl.Series, unit: str) -> datetime | None:
     """The day and time of the earliest time of a calendar, taken as UTC; None of times that are of none.
 
     Args:

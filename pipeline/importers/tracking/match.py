@@ -16,7 +16,7 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.importers.directions import Sign, infer_periods, unsure, votes_of
 from pitchlore.pipeline.importers.forms.absent import nothing_seen
 from pitchlore.pipeline.importers.forms.angles import RADIANS, angle_unit
-from pitchlore.pipeline.importers.forms.clocks import start_of
+from pitchlore.pipeline.importers.forms.clocks import first_time
 from pitchlore.pipeline.importers.forms.doubts import check_once, doubts, settled_pitch
 from pitchlore.pipeline.importers.forms.origin import Lengths, lengths_of
 from pitchlore.pipeline.importers.forms.periods import in_one_time
@@ -134,7 +134,7 @@ def match_of(
         flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
     info = MatchInfo(
         match_id=source.match_id, source=name, format="tracking", home=mapping.teams.named(names[0]),
-        away=mapping.teams.named(names[1]), started_at=start_of(raw["t"], mapping.units.time), pitch=pitch,
+        away=mapping.teams.named(names[1]), started_at=first_time(raw["t"], mapping.units.time), pitch=pitch,
         periods=periods,
         settings={"map": mapping.settings(), "guessed": guessed, "goals": reported.settings()},
         software=RELEASE, complete=incomplete is None,

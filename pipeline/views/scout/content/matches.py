@@ -65,7 +65,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
         for t_ns, team in match.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
-        "score": score_words((counts[0][side].goals for side in SIDES), counted=is_counted(match)),
+        "score": shown_score((counts[0][side].goals for side in SIDES), counted=is_counted(match)),
         "seconds": row["duration_s"], "flaws": _flaws(match),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "called": names, "changes": changes, "changed": reported_changes([
@@ -99,7 +99,7 @@ def line(match: LeagueMatch, kept: MatchAnswers) -> dict[str, Any]:
     ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
     return {
-        "score": score_words((own[side].goals for side in SIDES), counted=counted), "counted": counted,
+        "score": shown_score((own[side].goals for side in SIDES), counted=counted), "counted": counted,
         "seconds": row["duration_s"], "played_s": played_s(match.trajectories),
         "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
@@ -138,7 +138,7 @@ def _changes(
     return found
 
 
-def score_words(goals: Iterable[int | None], *, counted: bool) -> str:
+def shown_score(goals: Iterable[int | None], *, counted: bool) -> str:
     """A score in words; what is not known is a question mark. ``counted`` as by :func:`is_counted`."""
     return " : ".join("?" if it is None else str(it) for it in goals) + " counted" * counted
 

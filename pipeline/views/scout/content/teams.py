@@ -14,7 +14,7 @@ from pitchlore.pipeline.views.scout.content.analysis import analysed
 from pitchlore.pipeline.views.scout.content.answers import team_answers
 from pitchlore.pipeline.views.scout.content.chances import known_in, shot_words, shots_over, size
 from pitchlore.pipeline.views.scout.content.learned import Learned
-from pitchlore.pipeline.views.scout.content.matches import MEASURES, before, score_words
+from pitchlore.pipeline.views.scout.content.matches import MEASURES, before, shown_score
 from pitchlore.pipeline.views.scout.content.sources import (
     Known,
     LeagueMatch,
@@ -84,7 +84,7 @@ def team_facts(
             against, goals = match.away if side == "home" else match.home, (ours["goals"], theirs["goals"])
             rows.append({
                 "id": match.name, "date": line["date"], "against": against, "possession": ours["possession"],
-                "score": score_words(goals, counted=line["counted"]),
+                "score": shown_score(goals, counted=line["counted"]),
                 "result": "" if None in goals else RESULTS[(goals[0] > goals[1]) - (goals[0] < goals[1])]})
     numbers = match_numbers(team, matches, lines)
     own, other = (over_matches(it) for it in numbers)
