@@ -195,6 +195,25 @@ def test_full_disk_of_the_copy(server, machine, monkeypatch, full):
         assert other.read(other.receipt("goals", "m-1"), "note") == f"after {after}".encode()
 
 
+def test_full_disk_of_the_index(machine, server):
+    """If the disk is full for the index of the copy, one line says so, and a run again goes on."""
+    store = machine(server.new())
+    assert store.mirror is not None
+    index = store.mirror._index
+    (pages,) = index.execute("pragma page_count").fetchone()
+    index.execute(f"pragma max_page_count = {pages}")
+
+    def fill() -> None:
+        for number in range(200):
+            store.commit(work(name=f"m-{number}"), made("one"))
+
+    with pytest.raises(StorageFailed, match=r"index\S*: cannot be written \(database or disk is full\)\. Free space"):
+        fill()
+    index.execute("pragma max_page_count = 100000")
+    store.commit(work(), made("two"))
+    assert store.read(store.receipt("goals", "m-1"), "note") == b"two"
+
+
 def test_refused(server, machine, monkeypatch):
     """A bucket that refuses says so, without what it or the environment says of the credentials."""
     store = machine(server.new())

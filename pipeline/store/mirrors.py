@@ -27,10 +27,17 @@ from datetime import datetime
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pitchlore.pipeline.base.digests import Content
-from pitchlore.pipeline.base.errors import BadSettings, BucketFailed, CorruptFile, NotFound, not_readable
+from pitchlore.pipeline.base.errors import (
+    BadSettings,
+    BucketFailed,
+    CorruptFile,
+    NotFound,
+    StorageFailed,
+    not_readable,
+)
 from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store.atomic import write_bytes
 from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
@@ -89,6 +96,27 @@ def key_of(place: str, sha: str | None) -> str:
     return f"{found[1]}{sha[:12]}.{found[2]}" if found and sha else place
 
 
+class _Index(sqlite3.Connection):
+    """The index of a copy; where the disk refuses its statements, StorageFailed is raised."""
+
+    def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
+        with self._saved():
+            return super().execute(sql, parameters)
+
+    def executemany(self, sql: str, parameters: Any, /) -> sqlite3.Cursor:
+        with self._saved():
+            return super().executemany(sql, parameters)
+
+    @contextmanager
+    def _saved(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.OperationalError as error:
+            file = super().execute("pragma database_list").fetchone()[2]
+            raise StorageFailed(f"cannot be written ({error})", where=file, next_step=(
+                "Free space or mend the folder, then run again; what was done is in the bucket")) from error
+
+
 class Mirror:
     """A bucket and its local copy.
 
@@ -104,7 +132,7 @@ class Mirror:
         self._lock, self._asking = threading.Lock(), threading.Lock()
         self._ahead: float | None = None
         self._index = sqlite3.connect(
-            folder / INDEX, timeout=60, check_same_thread=False, isolation_level=None)
+            folder / INDEX, timeout=60, check_same_thread=False, isolation_level=None, factory=_Index)
         self._index.execute("pragma journal_mode=wal")
         self._index.execute("pragma synchronous=off")  # what a crash takes from it is asked for again
         self._index.executescript(_SCHEMA)

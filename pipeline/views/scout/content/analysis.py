@@ -79,7 +79,7 @@ def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str
         "ppda": _share(press["passes"], press["actions"]), "high": _share(press["high"], press["presses"]),
         "regained": _share(press["regained"], press["lost"]),
         "space": shares["share"], "ahead": shares["ahead"],
-        "stamina": left.mean(), "least_stamina": left.min(),  # type: ignore[dict-item]
+        "stamina": left.mean(), "least_stamina": left.min(),
         **{phase: _share(held.get(phase, 0), sum(held.values())) for phase in PHASES}}
 
 

@@ -21,7 +21,7 @@ from pitchlore.pipeline.views.scout.content.sources import (
     sides_played,
 )
 from pitchlore.pipeline.views.scout.gallery import Clip
-from pitchlore.pipeline.views.scout.restarts import SOON_S, came_soon, paid
+from pitchlore.pipeline.views.scout.restarts import SOON_S, Share, came_soon, paid
 from pitchlore.pipeline.views.scout.scored import clip_of
 from pitchlore.pipeline.views.scout.zones import third
 
@@ -160,13 +160,18 @@ def saves(shots: pl.DataFrame) -> str:
     return f"{says} Of {reached} that reached it, it saved {saved} ({share}), and {conceded} went in."
 
 
+def _within(share: Share) -> str:
+    """The interval of a share in words; empty without one."""
+    return "" if share.low is None or share.high is None else (
+        f" [{100 * share.low:.0f}, {100 * share.high:.0f}]\u00a0%")
+
+
 def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
     """Outcomes of the team's restarts, by the numbers of its page."""
     given = over_sides(played, LeagueMatch.restarts).filter("own")
     led = given.filter(came_soon("shot_ns"))
     parts = ", ".join(
-        f"{it.kind} {it.shot.hits} of {it.shot.n} [{100 * it.shot.low:.0f}, {100 * it.shot.high:.0f}]\u00a0%"
-        for it in paid(given))
+        f"{it.kind} {it.shot.hits} of {it.shot.n}{_within(it.shot)}" for it in paid(given))
     return _said(
         "Its restarts",
         f"Of {number_of(given.height, 'restart')} that the recordings give it, {led.height} led to a shot"
