@@ -111,6 +111,8 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
         path.unlink()
     for path in (league.data / "models").glob("*.receipt.json"):
         path.unlink()  # which matches V was fitted to depends on what came first: it is fitted anew, to all
+    for noun in ("knowledge", "policies"):  # so do habits, which a policy copies
+        shutil.rmtree(league.data / noun)
     league.settle()
     verified = league.call("verify")
     if verified.returncode:
