@@ -287,6 +287,24 @@ def test_analysis_is_that_of_sql(store, pages):
     assert "Who passes to whom" in page
 
 
+def test_striker_is_that_of_sql(store, pages):
+    """The report says which robot is its striker and what it did, as SQL counts it, over both its matches."""
+    asked = ask(refresh(store)[0], """
+        with own as (select match_id, side as team from sides where team = 'blue'),
+             plays as (select robot, count(*) as n from trajectories semi join own using (match_id, team)
+                       where role = 'striker' and segment is not null group by all),
+             first as (select robot, round(100 * n / sum(n) over ()) as share from plays order by n desc, robot limit 1)
+        select robot, share, (select count(*) from goals semi join own using (match_id, team) where robot = first.robot and kind <> 'error'),
+               (select count(*) from shots semi join own using (match_id, team) where robot = first.robot),
+               (select count(*) from passes semi join own using (match_id, team) where robot = first.robot),
+               (select count(*) from possession semi join own using (match_id, team) where last_robot = first.robot and ended = 'lost')
+        from first""").row(0)
+    page = text_of(pages, f"against/{team_name('blue', 'vsss').slug}.html").partition("Its striker")[2]
+    said = re.search(r"Robot (\d+) for (\d+).*?made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
+    assert said is not None
+    assert tuple(map(int, said.groups())) == asked
+
+
 def test_matches_without_analysis(store, tmp_path):
     """A match that ran before analysis was a stage has its pages, without that section."""
     shutil.copytree(store.root, tmp_path / "data")

@@ -56,6 +56,7 @@ def opponent_facts(
         "known": bool(gallery["cards"]),
         "sentences": [
             _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),
+            _striker(played),
             _losses(over_sides(played, LeagueMatch.possession), pitch),
             _pressed(over_sides(played, LeagueMatch.pressure, own=False)),
             _conceded(played, faced),
@@ -121,6 +122,33 @@ def _conceded(played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame) ->
                  if shots.height > 1 else f" The only shot at it came from {middle:.2f} m.")
     return _said("What has worked against it", says, [
         clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
+
+
+def _striker(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
+    """The robots that play as the team's striker, and what the one does that does so most."""
+    seen = pl.concat([match.trajectories.filter(
+        pl.col("team") == side, pl.col("role") == "striker", pl.col("segment").is_not_null()).select("robot")
+        for match, side in played])
+    often = seen.group_by("robot").len().sort("len", "robot", descending=[True, False]).head(2)
+    if often.is_empty():
+        return _said("Its striker", "No striker was seen.")
+    plays = [f"robot {robot} for {100 * samples / seen.height:.0f}\u00a0% of the time"
+             for robot, samples in often.iter_rows()]
+    first = often["robot"][0]
+    shots, passes, lost, goals = (
+        over_sides(played, table).filter(pl.col(by) == first) for table, by in (
+            (LeagueMatch.shots, "robot"), (LeagueMatch.passes, "robot"),
+            (LeagueMatch.possession, "last_robot"), (LeagueMatch.goals, "robot")))
+    made = goals.filter(pl.col("kind").cast(pl.String).fill_null("") != "error")
+    lost = lost.filter(pl.col("ended") == "lost")
+    near = (f", half of them from less than {np.median(shots['distance'].to_numpy()):.2f} m"
+            if shots.height > 1 else "")
+    return _said(
+        "Its striker",
+        f"{' and '.join(plays).capitalize()}. Robot {first} made {number_of(made.height, 'goal')}, shot"
+        f" {number_of(shots.height, 'time')}{near}, made {passes.height:,} passes that arrived, and"
+        f" lost the ball {number_of(lost.height, 'time')}.",
+        [clip_of(row, "its goal") for row in made.tail(CLIPS).iter_rows(named=True)])
 
 
 def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
