@@ -300,7 +300,7 @@ def test_striker_is_that_of_sql(store, pages):
                (select count(*) from possession semi join own using (match_id, team) where last_robot = first.robot and ended = 'lost')
         from first""").row(0)
     page = text_of(pages, f"against/{team_name('blue', 'vsss').slug}.html").partition("Its striker")[2]
-    said = re.search(r"Robot (\d+) for (\d+).*?made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
+    said = re.search(r"Robot (\d+) for (\d+).*?In all its roles robot \d+ made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
     assert said is not None
     assert tuple(map(int, said.groups())) == asked
 

@@ -145,9 +145,9 @@ def _striker(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
             if shots.height > 1 else "")
     return _said(
         "Its striker",
-        f"{' and '.join(plays).capitalize()}. Robot {first} made {number_of(made.height, 'goal')}, shot"
-        f" {number_of(shots.height, 'time')}{near}, made {passes.height:,} passes that arrived, and"
-        f" lost the ball {number_of(lost.height, 'time')}.",
+        f"{' and '.join(plays).capitalize()}. In all its roles robot {first} made"
+        f" {number_of(made.height, 'goal')}, shot {number_of(shots.height, 'time')}{near}, made"
+        f" {passes.height:,} passes that arrived, and lost the ball {number_of(lost.height, 'time')}.",
         [clip_of(row, "its goal") for row in made.tail(CLIPS).iter_rows(named=True)])
 
 
