@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import os
-import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -24,7 +23,7 @@ from distributed.scheduler import KilledWorker
 from distributed.security import Security
 
 from pitchlore.pipeline.base.errors import ClusterFailed, PitchloreError, WorkerLost
-from pitchlore.pipeline.base.system import locked
+from pitchlore.pipeline.base.system import locked, undisturbed
 from pitchlore.pipeline.engine.child import hold_threads
 from pitchlore.pipeline.engine.placement.executors import Executors
 from pitchlore.pipeline.engine.placement.identity import first_difference, identity
@@ -157,7 +156,7 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
             start_tracker()
             # else any account of this machine could let the cluster run code
             closed = Security.temporary()  # type: ignore[no-untyped-call]
-            with _deaf():
+            with undisturbed():
                 local = stack.enter_context(LocalCluster(
                     n_workers=width, threads_per_worker=1, processes=True, host="127.0.0.1", protocol="tls://",
                     dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
@@ -173,19 +172,6 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
         mirror = mirror_of(root)
         _check(client, mirror or root, where)
         yield Cluster(client, where, mirror)
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Threads and processes that start in the body do not hear Ctrl-C: the command hears it for all."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _connected(address: str) -> Client:

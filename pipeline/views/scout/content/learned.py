@@ -30,13 +30,11 @@ def few_goals(store: Store, league: Sequence[LeagueMatch]) -> dict[str, str]:
         league: the matches; of each league the models of the last one count.
     """
     said: dict[str, str] = {}
-    for match in league:
-        kind = match.home.kind
+    for kind, match in {match.home.kind: match for match in league}.items():
         labels = match.inputs["values"][0].inputs
         names = {label.split("/")[1] for label in labels if label.startswith("models/")}
         held = [receipt for name in sorted(names) if (receipt := store.receipt("models", name)) is not None]
         report = held[0].details["report"].get(kind, {}) if held else {}
-        said.pop(kind, None)
         if "level" in report:
             times, low, high = (math.exp(report["level"]["offset"] + ends * report["level"]["error"])
                                 for ends in (0, -_Z, _Z))
