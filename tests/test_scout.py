@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import shutil
 from html import unescape
 
@@ -20,13 +21,15 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.folder import Folder
+from pitchlore.pipeline.views.scout.content.matches import menu, newest_first
 from pitchlore.pipeline.views.scout.content.sources import played, team_name
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
-from pitchlore.pipeline.views.scout.facts import Numbers, balance, by_lead, over_matches, trend
+from pitchlore.pipeline.views.scout.facts import LEAST_MATCHES, Numbers, by_lead, over_matches, trend
 from pitchlore.pipeline.views.scout.gallery import clips
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
-from pitchlore.pipeline.views.scout.timeline import on_top
-from pitchlore.schemas import Passes, Shots
+from pitchlore.pipeline.views.scout.swings import lead_words, on_top_words, stretches, swings
+from pitchlore.pipeline.views.scout.timeline import GoalLine, on_top
+from pitchlore.schemas import Passes, Shots, Values
 from pitchlore.schemas.behaviours import for_people
 
 VSSS = PITCHES[Kind.VSSS]
@@ -98,16 +101,19 @@ def test_order():
 
 
 def test_intervals_of_few_matches():
-    """One match has no interval, nor have matches whose interval leads from 0 to twice the mean; a share ends at 1."""
+    """Below four matches there is no interval, nor where it leads from 0 to twice the mean; a share ends at 1."""
     one = Numbers(0.5, 0.5, 30, 0, 2, 0, 1, 4, 5, 6)
     found = over_matches([(one, 1.0)])
     assert (found["passes"].mean, found["passes"].low) == (300.0, None)
-    two = over_matches([(one, 1.0), (one._replace(passes=31, shots=0, possession=None), 1.0)])
-    assert two["passes"].low < 305.0 < two["passes"].high
-    assert two["shots"] == (10.0, None, None, 2), "from 0 to 137 says nothing"
-    assert two["possession"].n == 1
-    far = over_matches([(one._replace(possession=0.99), 1.0), (one, 1.0)])
-    assert (far["possession"].low, far["possession"].high) == (0, 1)
+    other = (one._replace(passes=31, shots=0, possession=None), 1.0)
+    three, four = over_matches([(one, 1.0), other, other]), over_matches([(one, 1.0), (one, 1.0), other, other])
+    assert LEAST_MATCHES == 4
+    assert (three["passes"].low, three["passes"].n) == (None, 3), "three and three can be dealt out in 20 ways only"
+    assert four["passes"].low < 305.0 < four["passes"].high
+    assert four["shots"] == (10.0, None, None, 4), "from 0 to 28 says nothing"
+    assert (four["wide"], four["possession"]) == ((0.0, 0.0, 0.0, 4), (0.5, None, None, 2)), "two that are alike tell of no spread"
+    far = over_matches([(one._replace(possession=share), 1.0) for share in (0.99, 0.99, 0.9, 0.1)])
+    assert (far["possession"].low, far["possession"].high) == (pytest.approx(0.057, abs=0.001), 1)
 
 
 def test_trend():
@@ -186,18 +192,42 @@ def test_numbers_are_those_of_the_tables(store, pages):
 
 
 def test_first_page(store, pages):
-    """Each team's row counts its matches as their scores do; the line of a match is above zero where home is nearer to a goal."""
+    """Each team's row counts its matches as their scores do, and the page says how one of them becomes the first."""
     shown = text_of(pages, "index.html")
     won = [[int(cell) for cell in re.findall(r'<td class="n[ a-z]*">(\d+)</td>', row)] for row in re.findall(
         r"<tr><td><a href=\"teams/.*?</tr>", shown, re.DOTALL)]
     assert len(won) > 1
     assert all(row[0] == sum(row[1:]) for row in won)
     assert sum(row[1] for row in won) == sum(row[3] for row in won), "each match has a winner and a loser, or neither"
-    match = next(iter(played(store)))
-    known = [each for each in balance(match) if each is not None]
-    values = match.values
-    assert min(known) <= (values["home"] - values["away"]).mean() <= max(known)
-    assert str(on_top([0.5, None, -0.25], [], "top", 3.0)).count("M") >= 4, "the ball out of play cuts the line"
+    newest = [*played(store)][-1]
+    said = [unescape(name) for name in re.findall(r"scout --mine (.*?)</code>", shown)]
+    assert said == [shlex.quote(team.name) for team in (newest.home, newest.away)]
+    assert [team.name for team in newest_first([*played(store)], menu([*played(store)]), "yellow")][:2] == ["yellow", newest.home.name]
+
+
+def moments_of(*played):
+    """Rows of schema Values: (segment, times in s, values)."""
+    return pl.DataFrame([{"match_id": "m", "segment": segment, "t_ns": round(t * 1e9), "value": v}
+                         for segment, times, values in played for t, v in zip(times, values, strict=True)], schema=Values.dtypes())
+
+
+def test_swings():
+    """V is a line a stretch of play, cut by restarts and holes; its largest changes within 3 s do not overlap; a goal leads to its clip."""
+    found = stretches(moments_of((0, (0, 1, 2, 10, 11), (0.0, 0.5, -0.1, 0.2, 0.2)), (1, (11.2, 12, 20), (-0.3, 0.0, 0.1))))
+    assert [list(it.t_ns / 1e9) for it in found] == [[0, 1, 2], [10, 11], [11.2, 12], [20]]
+    one, two = swings(found)
+    assert (one.start_ns, one.end_ns, one.side, one.before, one.after) == (10**9, 2 * 10**9, "away", -0.5, pytest.approx(0.1))
+    assert (two.side, two.before, two.after) == ("home", -0.3, 0.0)
+    drawn = str(on_top(found, [GoalLine(0.5, "away", "goal <x>", "m.html#goal-1")], "top", 20.0, 0.25))
+    line = re.search(r'class="swing" d="(.*?)"', drawn)[1]
+    assert line.count("M") == 4, "no line leads over a restart or a hole"
+    assert re.search(r'<a href="m.html#goal-1" aria-label="goal &lt;x&gt;">.*?class="goal-at away" d="M50 20V40"', drawn)
+    assert re.findall(r"<span>([-+.\d]+)</span>", drawn) == ["+0.6", "+0.3", "0", "-0.3", "-0.6"]
+    assert "half-time" in drawn
+    assert on_top_words(found, {"home": "A", "away": "B"}) == "A had the better chance for 50% of the time in play."
+    goals = pl.DataFrame({"t_ns": [t * 10**9 for t in (5, 61, 62)], "team": ["home", "away", "away"]})
+    assert lead_words(goals, {"home": "A", "away": "B"}) == "A led from 0:05 to 1:01 and B led from 1:02 to the end."
+    assert lead_words(goals.clear(), {}) == on_top_words([], {}) == ""
 
 
 @pytest.mark.slow
@@ -277,11 +307,14 @@ def test_analysis_is_that_of_sql(store, pages):
         select (select count(*) from pass_attempts semi join own using (match_id, team)),
                (select round(100 * avg((came = 'arrives')::int)) from pass_attempts semi join own using (match_id, team)),
                (select round(60 * sum(distance) / sum(seconds), 1) from efforts semi join own using (match_id, team)),
+               (select round(sum(distance) / count(distinct match_id)) from efforts semi join own using (match_id, team)),
+               (select round(sum(distance) / (select sum(duration_s) / 60 from matches semi join own using (match_id)), 1) from efforts semi join own using (match_id, team)),
                (select round(sum(passes) / sum(actions), 2) from pressing semi join own using (match_id, team)),
                (select round(100 * avg(share)) from space semi join own using (match_id, team))""").row(0)
     page = text_of(pages, f"teams/{team_name('blue', 'vsss').slug}.html")
     shown = dict(re.findall(r'<th scope="row">([^<]*)</th><td>([\d.]+)', page))
     labels = ("passes tried", "of these arrive", "distance of a robot, m a minute",
+              "distance of all, m a match", "distance of all, m a minute",
               "passes allowed for each ball won or duel (PPDA)", "pitch that it reaches first")
     assert [float(shown[label]) for label in labels] == pytest.approx(asked, abs=0.011)  # SQL rounds a half up
     assert "Who passes to whom" in page
@@ -291,16 +324,15 @@ def test_striker_is_that_of_sql(store, pages):
     """The report says which robot is its striker and what it did, as SQL counts it, over both its matches."""
     asked = ask(refresh(store)[0], """
         with own as (select match_id, side as team from sides where team = 'blue'),
-             plays as (select robot, count(*) as n from trajectories semi join own using (match_id, team)
-                       where role = 'striker' and segment is not null group by all),
-             first as (select robot, round(100 * n / sum(n) over ()) as share from plays order by n desc, robot limit 1)
+             first as (select robot, round(100 * avg((role = 'striker')::int)) as share from trajectories semi join own using (match_id, team)
+                       where role is not null and segment is not null group by all order by avg((role = 'striker')::int) desc, robot limit 1)
         select robot, share, (select count(*) from goals semi join own using (match_id, team) where robot = first.robot and kind <> 'error'),
                (select count(*) from shots semi join own using (match_id, team) where robot = first.robot),
                (select count(*) from passes semi join own using (match_id, team) where robot = first.robot),
                (select count(*) from possession semi join own using (match_id, team) where last_robot = first.robot and ended = 'lost')
         from first""").row(0)
     page = text_of(pages, f"against/{team_name('blue', 'vsss').slug}.html").partition("Its striker")[2]
-    said = re.search(r"Robot (\d+) for (\d+).*?In all its roles robot \d+ made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
+    said = re.search(r"Robot (\d+) plays striker for (\d+).*?In all its roles robot \d+ made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
     assert said is not None
     assert tuple(map(int, said.groups())) == asked
 

@@ -13,12 +13,13 @@ from pitchlore.pipeline.views.scout.content.opponent import saves
 from pitchlore.pipeline.views.scout.content.sources import against_itself, matches_in_words, played, team_name
 from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead
-from pitchlore.pipeline.views.scout.scored import again, scored, summary
+from pitchlore.pipeline.views.scout.leadup import lead_ups
+from pitchlore.pipeline.views.scout.scored import Scored, again, lost_before, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
 from pitchlore.pipeline.views.scout.words import went_with
 from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
 from pitchlore.pipeline.views.scout.zones import robot_numbers as played_by
-from pitchlore.schemas import SIDES, Goals, Passes, Possession, Shots, Situations
+from pitchlore.schemas import SIDES, Goals, Passes, Possession, Referee, Shots, Situations, Trajectories
 
 MATCH, S = "m", 10**9
 
@@ -86,7 +87,7 @@ def test_shooting():
 
 @pytest.mark.parametrize(("outcomes", "says"), [
     (["saved", "saved", "goal", "blocked", "own", "missed", "wide"],
-     "Of 6 shots on target, other robots blocked 1. Of 3 that reached it, it saved 2 (67%), and 1 went in."),
+     "Of 6 shots on target, other robots blocked 1, after 1 the attackers kept the ball and 1 reached nobody. Of 3 that reached it, it saved 2 (67%), and 1 went in."),
     (["blocked"], "Of 1 shot on target, other robots blocked 1. None reached it."),
 ])
 def test_saves(outcomes, says):
@@ -124,6 +125,31 @@ def test_goals():
     assert (indirect.distance, indirect.run) == (None, (1, 21))
     assert (indirect.clip.says, indirect._replace(t_ns=2 * S).clip.start_s) == ("indirect goal", 0.0)
     assert (unknown.kind, unknown.run) == ("unknown", ())
+
+
+def test_before_goals():
+    """A sentence has the last time that the conceding team held the ball, where, and by whom; a touch is none; else the restart."""
+    held = rows(Possession, *(
+        {"team": team, "start_ns": round(a * S), "end_ns": round(b * S), "segment": segment, "robot": robot, "last_robot": robot,
+         "end_x": x, "ended": ended, "passes": passes} for team, a, b, segment, robot, x, ended, passes in (
+            ("away", 1, 3, 0, 2, -0.7, "lost", 0), ("home", 3, 6, 0, 1, 0.7, "lost", 2), ("away", 6, 6.1, 0, 3, -0.7, "lost", 0),
+            ("home", 6.1, 9, 0, 1, 0.7, "goal", 0), ("home", 12, 15, 1, 1, 0.7, "goal", 0),
+            ("away", 21, 23, 2, 2, -0.7, "conceded", 0), ("away", 31, 32, 3, 2, 0.0, "shot", 0), ("home", 32, 39, 3, 1, 0.0, "lost", 0))))
+    goals = rows(Goals, *({"t_ns": t * S, "team": team} for t, team in ((10, "home"), (16, "home"), (18, None), (24, "home"), (40, "home"), (50, "home"))))
+    told = rows(Referee, {"t_ns": 11 * S, "event": "kick-off", "team": "away"})
+    found = lead_ups(goals, held, told, Trajectories.empty(), {"home": "A", "away": "B"}, 1.5)
+    assert [each.says for each in found] == [
+        "B 2 lost the ball in its own third 7.0 s before; A 1 got it; it passed 2 times.",
+        "Kick-off of B 5.0 s before; A 1 got the ball 4.0 s before.",
+        "B 2 had the ball for 2.0 s in its own third, and it went in.",
+        "B 2 shot, without a goal, 8.0 s before; A 1 got it.",
+        "B 2 shot, without a goal, 18.0 s before; A 1 got it."]
+    assert found[0][1:] == (2, 0, 7.0)
+    assert {each.lost_by for each in found[1:]} == {None}
+    goal = Scored(MATCH, "home", 10 * S, 1, "direct", None, None, (), found[0])
+    (lost,) = lost_before([goal, goal._replace(before=found[1])], {2: "midfield"})
+    assert (lost.robot, lost.role, lost.thirds, lost.n, lost.since_s) == (2, "midfield", (1, 0, 0), 1, 7.0)
+    assert lead_ups(goals, held.clear(), told, Trajectories.empty(), {}, 1.5)[0].says == ""
 
 
 def test_summary():

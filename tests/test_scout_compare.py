@@ -62,11 +62,16 @@ def test_numbers_of_both(store, league):
     assert first["numbers"] == [json.loads(json.dumps(own[side]._asdict())) for side in SIDES]
     two = [it for it in found["sets"] if it["team"] == found["teams"][0]["slug"]]
     assert {it["says"].rpartition(", ")[2] for it in two} >= {f"against {match.away.name}"}
-    assert all(len(it["matches"]) == 1 and it["numbers"]["shots"][3] == 1 for it in two)
+    assert all(len(it["matches"]) == 1 and it["numbers"]["shots"][3] == it["against"]["shots"][3] == 1 for it in two)
+    assert found["teams"][0]["against"]["shots"][0] == pytest.approx(10 * sum(lines[it.name]["numbers"]["away"]["shots"] for it in league) / 2)
+    goals = [(own["home"].goals, own["away"].goals) for own in map(numbers, league)]
+    assert found["teams"][0]["standing"] == {
+        "won": sum(a > b for a, b in goals), "drawn": sum(a == b for a, b in goals), "lost": sum(a < b for a, b in goals),
+        "goals": sum(a for a, _ in goals), "against": sum(b for _, b in goals)}
     home = found["teams"][0]
     assert (home["name"], home["matches"]) == ("blue", 2)
     mean, low, high, n = home["numbers"]["shots"]
-    assert (low, high, n) == (None, None, 2), "two matches that differ so much have no interval"
+    assert (low, high, n) == (None, None, 2), "two matches have no interval"
     assert mean == pytest.approx(10 * sum(lines[it.name]["numbers"]["home"]["shots"] for it in league) / 2)
 
 
@@ -132,7 +137,8 @@ def test_compares(pages, page):
     assert cells[:2] == cells[2:4], "a match is like itself"
     assert cells[4:] == ["0", "0"], "and differs by nothing"
     sets = page.locator("#sets .found tbody tr")
-    assert sets.first.locator("td").all_inner_texts()[:2] == ["1", "1"]
+    assert sets.first.locator("td").all_inner_texts()[:3] == ["1", "", "1"]
+    assert sets.nth(1).locator("th").inner_text() == "won – drawn – lost"
     page.reload()
     assert page.locator("#matches [data-side='0']").input_value() == ids[1]
     assert page.title() != "taken"
@@ -157,6 +163,15 @@ def test_one_version_compared_with_itself(pages, page):
     assert re.match(r"\d+ in both, 0 only in .*, 0 only in .*no interval", text)
 
 
+def test_no_test_of_few_matches(pages, page):
+    """A difference has a star from four matches on each side on, and none below, however alike the matches are."""
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    page.locator("#sets .found tbody tr").first.wait_for()
+    stars = page.evaluate("""[[1, null, null, 2], [1, 1, 1, 4]].map((one) => apart(one, one.map((it) => it && it + 1), false, true))""")
+    assert stars == ["+1.0", "★ +1.0 ± 0.0"]
+    assert page.evaluate("interval([48.8, null, null, 2], false)") == "48.8 too few matches"
+
+
 def test_partner_of_a_team(pages, page):
     """The team that is compared with is one of its league that it has played, and the behaviours are those teams'."""
     address = (pages.first.parent / "compare.html").as_uri()
@@ -171,6 +186,8 @@ def test_partner_of_a_team(pages, page):
         assert both[0] == name
         assert page.evaluate("(slugs) => met(slugs.map((slug) => league.teams.find((it) => it.slug === slug)))", [
             page.locator(f"#teams [data-side='{side}']").input_value() for side in (0, 1)])
+        of_team = page.evaluate("(slug) => league.sets.some((it) => it.team === slug)", slug)  # one match makes no set
+        assert not of_team or page.locator("#sets [data-side='0'] option:checked").inner_text().startswith(f"{name}, ")
         chosen = page.locator("#behaviours [data-side] option:checked").all_inner_texts()
         known = page.locator("#behaviours [data-side='0'] option").all_inner_texts()
         assert chosen == [each for each in both if each in known]

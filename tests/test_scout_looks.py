@@ -10,8 +10,10 @@ from test_commentary import KEEPER, rolls, tell
 from test_replay import make
 from test_scout import text_of
 
+from pitchlore.flows.commands.printing import print_cards
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
+from pitchlore.pipeline.views.card import cards
 from pitchlore.pipeline.views.glossary import TERMS
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout import words
@@ -106,7 +108,7 @@ def test_matches_name_their_teams(pages):
         assert not [each for each in said if re.search(r"\b(home|away) \d", each)]
         assert set() < set(re.findall(r'</a><td class="(?:home|away)">(.*?)<td>', shown)) <= {home, away}
         assert set(re.findall(r'aria-label="[^"]*robot \d+ of ([^,"]*),', shown)) <= {home, away}
-        goals = re.findall(r'<span class="(?:home|away)">[^<]*GOAL.*?</figure>', shown)
+        goals = re.findall(r'<li id="goal-\d+">.*?</figure>', shown, re.DOTALL)
         assert len(goals) == shown.count('<figure class="clip"')
         assert all(re.search("no shot|shot from", goal) for goal in goals)
 
@@ -121,16 +123,22 @@ def test_numbers_of_things():
     """One is singular, names within a phrase are small, and the paper's slip is spelt right."""
     assert (number_of(1, "goal"), number_of(0, "goal"), number_of(1200, "shot")) == ("1 goal", "0 goals", "1,200 shots")
     assert words.said([47, 78, 21]) == "ball hits the robot, then orients to its own goal, then kicks the ball"
-    assert words.of_behaviour("striker-001-021") == "with the ball, then kicks the ball"
+    assert words.of_behaviour("striker-001-021") == "Has ball → kicks ball"
+    longest = max(words.TITLES.values(), key=lambda title: len(title.split()))
+    assert len(f"striker: {' → '.join([longest] * 4)}".replace("→", "").split()) <= 10
+    assert len({*words.TITLES.values()}) == len(words.TITLES), "no two situations have one title"
 
 
-def test_few_goals(store, pages):
-    """Each page that shows V, or what follows from it, says that its league has few goals; no other does."""
+def test_few_goals(store, pages, capsys):
+    """Each page that shows V, or what follows from it, and the card in the terminal say that the league has few goals; no other does."""
     goals = store.receipt("models", "all").details["report"]["vsss"]["goals"]
     for found in pages.first.parent.rglob("*.html"):
         follows = found.parent.name in {"matches", "teams", "behaviours", "maps", "against", "policies"} or found.stem in {"index", "compare"}
         assert (f"Few goals: {goals} goals in vsss so far" in found.read_text()) == follows, found
     assert goals < 10
+    told = cards(store)
+    print_cards(told)
+    assert capsys.readouterr().out.count(f"Few goals: {goals} goals in vsss so far") == 1 < len(told)
 
 
 def test_one_list_of_words(pages):

@@ -193,14 +193,14 @@ def test_maps_by_hand():
         schema=Grams.dtypes())
     own = pl.DataFrame([{"behaviour_id": "midfield-001", "role": "midfield", "codes": [1], "n": 1, "support": 15,
                          "value": 0.4, "neuron": 7}], schema=Behaviours.dtypes())
-    (found,) = maps(neurons, grams, lying(own, grams), {1: "Robot one", 44: f"Robot {HOSTILE}", 194: "c"}, [])
+    (found,) = maps(neurons, grams, lying(own, grams), [])
     first, second, third = found["cells"]
     assert (found["rows"], found["columns"], found["count"], found["behaviours"]) == (1, 3, 30, 1)
     assert [cell["shade"] for cell in found["cells"]] == [45, 22, 0]
     assert [cell["gap"] for cell in found["cells"]] == [1, 9, 5]
     assert [(each["role"], each["count"], each["value"]) for each in first["list"]] == [("midfield", 15, 0.5), ("striker", 5, 0.5)]
     assert (first["behaviours"], second["behaviours"]) == (["midfield-001"], [])
-    assert (second["near"], third["near"], third["sign"], third["list"]) == (HOSTILE, "c", "", [])
+    assert (second["near"], third["near"], third["sign"], third["list"]) == ("Reaches ball", "Moves randomly", "", [])
 
 
 def test_only_what_the_version_was_made_from(store, tmp_path):

@@ -158,6 +158,8 @@ def print_cards(told: Sequence[Card]) -> None:
                 out.print("  too few matches tell yet", highlight=False)
         for line in card.changed:
             out.print(f"  newest match: {line[:1].lower()}{line[1:]}", soft_wrap=True, highlight=False)
+    for few in dict.fromkeys(card.few for card in told if card.few):
+        out.print(few, soft_wrap=True, highlight=False)
 
 
 def print_training(store: Store, *, tables: bool = True) -> None:

@@ -17,6 +17,7 @@ from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_of
+from pitchlore.pipeline.views.few_goals import few_goals
 from pitchlore.pipeline.views.scout.changes import Change, change_of_count
 
 #: Sentences of each kind.
@@ -30,6 +31,8 @@ BEFORE_S, AFTER_S = 2.5, 3.0
 _NEWEST = """
     select home, away, kind from matches where kind is not null
     order by started_at desc nulls last, match_id desc limit 1"""
+_OF_KIND = """
+    select match_id from matches where kind = ? order by started_at desc nulls last, match_id desc limit 1"""
 _EACH = """
     select m.match_id, m.duration_s, m.started_at, a.act, count(a.act) as n
     from matches m join sides s using (match_id)
@@ -81,6 +84,7 @@ class Card(NamedTuple):
         kind: its league.
         wins, loses: sentences of acts that went with winning and with losing, the most weighty first.
         changed: sentences of acts that the newest match has more or less of than those before.
+        few: sentence on the few goals that all this rests on; empty where they are enough.
     """
 
     team: str
@@ -88,6 +92,7 @@ class Card(NamedTuple):
     wins: list[Sentence]
     loses: list[Sentence]
     changed: list[str]
+    few: str = ""
 
 
 class Answer(Frozen):
@@ -148,7 +153,12 @@ def cards(store: Store, mine: str = "") -> list[Card]:
     else:
         newest = ask(catalogue, _NEWEST).rows(named=True)
         teams = [(row[side], row["kind"]) for row in newest for side in ("home", "away")]
-    return [_card(catalogue, *team) for team in dict.fromkeys(teams)]
+    cards = [_card(catalogue, *team) for team in dict.fromkeys(teams)]
+    last = {it.kind: ask(catalogue, _OF_KIND, [it.kind])["match_id"].to_list() for it in cards}
+    values = {kind: made for kind, names in last.items()
+              if names and (made := store.receipt("values", names[0])) is not None}
+    few = few_goals(store, values)
+    return [card._replace(few=few.get(card.kind, "")) for card in cards]
 
 
 def _card(catalogue: Path, team: str, kind: str) -> Card:

@@ -69,6 +69,7 @@ def of_goals(
     by_time = touched.select(_Touch._fields).sort("t_ns", maintain_order=True)
     touches = [_Touch(*row) for row in by_time.iter_rows()]
     times, done = [touch.t_ns for touch in touches], _done(situations)
+    usual = usual_confidence(goals)
     for goal, now in zip(made, scores, strict=True):
         t_ns, team = goal["t_ns"], goal["team"]
         seen = touches[:bisect_left(times, t_ns)]
@@ -76,7 +77,7 @@ def of_goals(
         credit, scorer = _credit(goal, seen, names)
         way = _way(goal, seen, done, scorer, names, settings)
         said = ": ".join(part for part in (credit, way) if part)
-        said += _sure(goal["confidence"])
+        said += _less_sure(goal["confidence"], usual)
         maker = None if goal["kind"] == "error" else goal["robot"]  # who errs is the other team's
         actor = OTHER[team] if team and goal["kind"] == "error" else team
         yield Moment(t_ns, "goal", team, maker, f"{head} {said}".strip(), Weight.ALWAYS, actor)
@@ -126,6 +127,13 @@ def _way(
     return f"{reported}; it is in." if reported else f"{toucher} touches the ball last."
 
 
-def _sure(confidence: float | None) -> str:
-    """How sure a goal is that was found from the ball; empty where the recording tells it."""
-    return "" if confidence is None else f" (Found from the ball, {confidence:.0%} sure.)"
+def usual_confidence(goals: pl.DataFrame) -> float | None:
+    """How sure half of the goals that were found from the ball are, to the percent; None without one."""
+    middle = goals["confidence"].median()
+    return round(middle, 2) if isinstance(middle, float) else None
+
+
+def _less_sure(confidence: float | None, usual: float | None) -> str:
+    """How sure a goal is, where that is less than is usual in the match, which is said once."""
+    known = confidence is not None and usual is not None and round(confidence, 2) < usual
+    return f" (Only {confidence:.0%} sure.)" if known else ""

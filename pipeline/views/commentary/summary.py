@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
+from pitchlore.pipeline.views.commentary.goals import usual_confidence
 from pitchlore.pipeline.views.commentary.settings import CommentarySettings
 from pitchlore.pipeline.views.commentary.words import time_elapsed
 from pitchlore.schemas import ROLES, note_on
@@ -57,6 +58,7 @@ class MatchStatistics(BaseModel):
         duration_s: first to last sample.
         home, away: the teams.
         note: note beside results of these teams, None if there is none.
+        sure: how sure half of the goals that were found from the ball are, in [0, 1]; None without one.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -66,6 +68,7 @@ class MatchStatistics(BaseModel):
     home: SideStatistics
     away: SideStatistics
     note: str | None
+    sure: float | None
 
 
 def match_statistics(
@@ -109,7 +112,7 @@ def match_statistics(
 
     return MatchStatistics(
         match_id=row["match_id"], duration_s=row["duration_s"], home=side("home"), away=side("away"),
-        note=note_on(row["home"], row["away"]),
+        note=note_on(row["home"], row["away"]), sure=usual_confidence(goals),
     )
 
 
@@ -141,7 +144,14 @@ def heading(summary: MatchStatistics) -> tuple[str, ...]:
         played = f"{home.name} (home) – {away.name} (away), score unknown, {duration}"
     else:
         played = f"{home.name} (home) {home.score} : {away.score} {away.name} (away), {duration}"
-    return (played,) if summary.note is None else (played, f"{summary.note}.")
+    note = None if summary.note is None else f"{summary.note}."
+    return tuple(line for line in (played, note, found_words(summary.sure)) if line)
+
+
+def found_words(sure: float | None) -> str:
+    """How sure goals are that were found from the ball, in a sentence; empty without one."""
+    return "" if sure is None else (
+        f"Goals were found from the ball: each is at least {sure:.0%} sure, or says how sure it is.")
 
 
 def summary_lines(summary: MatchStatistics) -> Iterator[str]:

@@ -18,8 +18,9 @@ PARTS = 40
 SHARES = ("possession", "territory")
 #: Matches from which on halves of them are compared: four against four can differ beyond chance.
 TREND_AT = 8
-#: Parts of a match in the line of who is on top.
-MOMENTS = 160
+#: Matches from which a mean has an interval, and is compared with that of as many others. Six matches can be
+#: dealt out as three and three in 20 ways, so that no exact test goes below 2 / 20; four and four: 2 / 70.
+LEAST_MATCHES = 4
 
 
 class Numbers(NamedTuple):
@@ -141,15 +142,6 @@ def parts(match: MatchTables) -> list[MatchPart]:
             for start, home, both, territory in rows]
 
 
-def balance(match: MatchTables) -> list[float | None]:
-    """Home's chance to score soon less that of away (table values), the mean of each :data:`MOMENTS` part.
-
-    None where the ball is in play at no moment of a part.
-    """
-    values = match.values
-    return means_of_parts(match, values["t_ns"], values["home"] - values["away"], MOMENTS)
-
-
 def means_of_parts(
     match: MatchTables, t_ns: pl.Series, values: pl.Series, count: int
 ) -> list[float | None]:
@@ -250,7 +242,10 @@ def by_lead(match: MatchTables) -> dict[str, dict[str, ByLead]]:
 
 
 class Mean(NamedTuple):
-    """A mean over matches with its 95 % interval (Student's t); without ends where matches are too few."""
+    """A mean over matches with its 95 % interval (Student's t).
+
+    It has no ends below :data:`LEAST_MATCHES` matches.
+    """
 
     mean: float
     low: float | None
@@ -262,7 +257,7 @@ def mean_number(values: Sequence[float]) -> Mean | None:
     """The mean of a number over matches; None without any."""
     if not values:
         return None
-    low, high = mean_interval(values) or (None, None)
+    low, high = (mean_interval(values) if len(values) >= LEAST_MATCHES else None) or (None, None)
     return Mean(float(np.mean(values)), low, high, len(values))
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.views.scout.words import said
+from pitchlore.pipeline.views.scout.words import TITLES, titled
 from pitchlore.schemas.behaviours import id_of
 
 #: Grams that the panel of a neuron lists, the most frequent first; and behaviours, in their order for people.
-LISTED = 12
+LISTED = 8
 #: Percent of the heat's colour in the busiest cell: words on it stay readable.
 _DARKEST = 45
 #: Gaps round the cells, pixels.
@@ -38,8 +38,7 @@ def lying(behaviours: pl.DataFrame, grams: pl.DataFrame) -> pl.DataFrame:
 
 
 def maps(
-    neurons: pl.DataFrame, grams: pl.DataFrame, behaviours: pl.DataFrame, names: Mapping[int, str],
-    shown: Collection[str],
+    neurons: pl.DataFrame, grams: pl.DataFrame, behaviours: pl.DataFrame, shown: Collection[str],
 ) -> list[dict[str, Any]]:
     """Text of the page on each map of a team, the longest grams first.
 
@@ -47,16 +46,14 @@ def maps(
         neurons: rows of schema Neurons of the team.
         grams: rows of schema Grams of the team.
         behaviours: from :func:`lying`, in their order for people.
-        names: names of the situations, by code.
         shown: ids of the behaviours that have a card in the gallery.
     """
-    return [_map(int(n), rows.sort("neuron"), grams.filter(n=n), behaviours.filter(n=n), names, shown)
+    return [_map(int(n), rows.sort("neuron"), grams.filter(n=n), behaviours.filter(n=n), shown)
             for (n,), rows in neurons.sort("n", descending=True).group_by("n", maintain_order=True)]
 
 
 def _map(
-    n: int, neurons: pl.DataFrame, grams: pl.DataFrame, behaviours: pl.DataFrame, names: Mapping[int, str],
-    shown: Collection[str],
+    n: int, neurons: pl.DataFrame, grams: pl.DataFrame, behaviours: pl.DataFrame, shown: Collection[str],
 ) -> dict[str, Any]:
     most = max(neurons["count"].to_list())
     last = neurons.row(-1, named=True)
@@ -66,7 +63,7 @@ def _map(
         "count": int(neurons["count"].sum()), "behaviours": behaviours.height,
         "cells": [
             _cell(n, row, grams.filter(neuron=row["neuron"]), behaviours.filter(neuron=row["neuron"]),
-                  names, shown)
+                  shown)
             | {"shade": round(_DARKEST * row["count"] / max(most, 1)), "gap": gap}
             for row, gap in zip(neurons.iter_rows(named=True), _gaps(neurons["distance"]), strict=True)],
     }
@@ -81,21 +78,21 @@ def _gaps(distance: pl.Series) -> list[int]:
 
 def _cell(
     n: int, neuron: dict[str, Any], grams: pl.DataFrame, behaviours: pl.DataFrame,
-    names: Mapping[int, str], shown: Collection[str],
+    shown: Collection[str],
 ) -> dict[str, Any]:
     """One neuron: how it is drawn, and what its panel says."""
     listed = grams.sort("count", "role", "codes", descending=[True, False, False]).head(LISTED)
     return neuron | {
         "key": neuron_key(n, neuron["neuron"]), "sign": sign(neuron["value"]),
-        "near": said(nearest(neuron["prototype"], list(names)), names),
+        "near": titled(nearest(neuron["prototype"], list(TITLES))),
         "weights": ", ".join(f"{weight:.1f}" for weight in neuron["prototype"]),
         "often": " ".join(f"{code:03d}" for code in listed["codes"][0]) if listed.height else "",
         "known": grams.height,
-        "list": [{"words": said(row["codes"], names), "codes": row["codes"], "role": row["role"],
+        "list": [{"words": titled(row["codes"]), "codes": row["codes"], "role": row["role"],
                   "count": row["count"], "value": row["value_sum"] / row["count"]}
                  for row in listed.iter_rows(named=True)],
         "behaviours": behaviours["behaviour_id"].to_list(),
-        "best": [{"id": row["behaviour_id"], "words": said(row["codes"], names), "role": row["role"],
+        "best": [{"id": row["behaviour_id"], "words": titled(row["codes"]), "role": row["role"],
                         "support": row["support"], "value": row["value"], "low": row["low"],
                         "high": row["high"], "shown": row["behaviour_id"] in shown}
                        for row in behaviours.head(LISTED).iter_rows(named=True)],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterable
 from functools import cache
 from importlib import resources
@@ -16,6 +17,7 @@ from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.views import glossary
 from pitchlore.pipeline.views.replay import asset, strict
 from pitchlore.pipeline.views.scout.moments import moment
+from pitchlore.pipeline.views.scout.shooting import outcome_words
 
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
@@ -30,7 +32,7 @@ def _environment() -> Environment:
         loader=PackageLoader("pitchlore.pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
-                     "short": _short, "number_of": number_of}
+                     "short": _short, "number_of": number_of, "outcome": outcome_words, "shell": shlex.quote}
     made.filters["typed"] = _typed
     made.globals |= {"moment": _moment, "few_goals": _few_goals, "terms": glossary.TERMS}
     return made

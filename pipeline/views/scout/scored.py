@@ -11,6 +11,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.views.scout.gallery import Clip
+from pitchlore.pipeline.views.scout.leadup import LeadUp
 from pitchlore.pipeline.views.scout.zones import THIRDS, third
 from pitchlore.schemas import SIDES
 from pitchlore.schemas.goals import KINDS
@@ -38,6 +39,7 @@ class Scored(NamedTuple):
         third: index into THIRDS of that shot's place; None without a shot.
         run: codes of the last RUN situations that the scorer began up to the shot, or up to the goal where
             there is no shot, in one stretch of play; empty where there are fewer, or no scorer of the team.
+        before: play before it.
     """
 
     match: str
@@ -48,6 +50,7 @@ class Scored(NamedTuple):
     distance: float | None
     third: int | None
     run: tuple[int, ...]
+    before: LeadUp = LeadUp()
 
     @property
     def clip(self) -> Clip:
@@ -165,7 +168,7 @@ def _run(begun: Sequence[tuple[int, int | None, int]], after_ns: int, t_ns: int)
 
 def again(rows: Iterable[Sequence[Any]]) -> list[Scored]:
     """Goals from their JSON."""
-    return [Scored._make(row)._replace(run=tuple(row[-1])) for row in rows]
+    return [Scored._make(row)._replace(run=tuple(row[-2]), before=LeadUp._make(row[-1])) for row in rows]
 
 
 def summary(goals: Sequence[Scored], robots: Mapping[int, str]) -> Summary:
@@ -218,6 +221,46 @@ def _commonest(goals: Sequence[Scored]) -> Run | None:
     own = groups[codes]
     of = sum(len(each) for each in groups.values())
     return Run(codes, len(own), of, _clips(own)) if len(own) > 1 else None
+
+
+class Lost(NamedTuple):
+    """Goals against a team after one of its robots lost the ball.
+
+    Attributes:
+        robot: its number.
+        role: its role in words.
+        thirds: by the third in which it lost the ball, in the order of THIRDS.
+        n: all of them.
+        since_s: median of the seconds from the loss to the goal.
+        clips: up to MOMENTS of the goals.
+    """
+
+    robot: int
+    role: str
+    thirds: tuple[int, ...]
+    n: int
+    since_s: float
+    clips: list[Clip]
+
+
+def lost_before(goals: Sequence[Scored], robots: Mapping[int, str]) -> list[Lost]:
+    """The robots that lost the ball before goals against their team, the most goals first.
+
+    Args:
+        goals: the goals against the team.
+        robots: role of each of the team's robots in words.
+    """
+    by: dict[int, list[Scored]] = {}
+    for goal in goals:
+        if goal.before.lost_by is not None:
+            by.setdefault(goal.before.lost_by, []).append(goal)
+    found = []
+    for number, own in sorted(by.items(), key=lambda it: (-len(it[1]), it[0])):
+        places = [goal.before.third for goal in own]
+        found.append(Lost(
+            number, robots.get(number, ""), tuple(places.count(at) for at in range(len(THIRDS))), len(own),
+            float(np.median([goal.before.since_s or 0.0 for goal in own])), _clips(own)))
+    return found
 
 
 def of_side(goals: Sequence[Scored], side: str) -> list[Scored]:

@@ -18,6 +18,13 @@ MEANS = {
     "wide": "it goes past a post, near it",
 }
 assert tuple(MEANS) == OUTCOMES
+#: Outcomes that the pages call otherwise than the table does: "own" would read as an own goal.
+_CALLED = {"own": "ball kept"}
+
+
+def outcome_words(outcome: str) -> str:
+    """An outcome of the table shots as the pages call it."""
+    return _CALLED.get(outcome, outcome)
 
 
 class ShotOutcome(NamedTuple):

@@ -9,10 +9,17 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
+from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.views.scout.swings import BalanceLine
+
 #: Blank parts of a strip, side by side, that a word fits into.
 _WORD = 4
 #: Times under a strip: steps in seconds, and how many there are at most.
 _STEPS, _TIMES = (10, 30, 60, 120, 300, 600, 1200), 8
+
+
+#: Parts of a match in the line of who is on top, and the values at which its scale may end.
+_MOMENTS, _SCALES = 240, (0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 class GoalLine(NamedTuple):
@@ -22,11 +29,13 @@ class GoalLine(NamedTuple):
         at: its place in the match, 0 to 1.
         team: home or away; empty where nobody knows.
         says: text shown when it is pointed at.
+        link: where it leads.
     """
 
     at: float
     team: str
     says: str
+    link: str = ""
 
 
 def over_time(
@@ -67,7 +76,7 @@ def over_time(
                 begin * wide, count * wide, blank))
     parts.append(Markup('<path class="half" d="M0 12H100"/>'))
     lines: dict[str, str] = {}
-    for at, team, says in goals:
+    for at, team, says, _ in goals:
         line = f"M{100 * at:.4g} {12 * (team == 'away')}V{24 - 12 * (team == 'home')}"
         lines[says] = lines.get(says, "") + line
     parts += [Markup('<path class="goal-at" d="{}"><title>{}</title></path>').format(drawn, says)
@@ -77,36 +86,59 @@ def over_time(
         Markup("").join([*parts, Markup("</svg>")]), Markup("").join(words), _times(seconds))
 
 
-def on_top(balance: Sequence[float | None], goals: Sequence[GoalLine], label: str, seconds: float) -> Markup:
-    """Home's chance to score soon less that of away as a line about zero, with the goals above and below.
+def on_top(
+    played: Sequence[BalanceLine], goals: Sequence[GoalLine], label: str, seconds: float,
+    half: float | None = None,
+) -> Markup:
+    """Home's chance to score soon less that of away as a line about zero, with a scale and with goals.
+
+    The line is broken at each restart, and wherever V is unknown.
 
     Args:
-        balance: the difference in each part, -1 to 1; None where no ball is in play: no line.
-        goals: the goals.
+        played: stretches of play, each a line of its own.
+        goals: the goals, above and below; each leads to its link.
         label: description for readers of the page.
         seconds: duration of the match.
+        half: place of half-time in the match, 0 to 1; None without one.
     """
-    most = max((abs(each) for each in balance if each is not None), default=0.0) or 1.0
-    wide = 100 / max(len(balance), 1)
+    greatest = max((float(np.abs(it.v).max()) for it in played), default=0.0)
+    most = next((each for each in _SCALES if greatest <= each), 1.0)
     lines, areas = "", {"home": "", "away": ""}
-    for missing, group in groupby(enumerate(balance), lambda part: part[1] is None):
-        points = [((place + 0.5) * wide, 20 - 18 * (value or 0.0) / most) for place, value in group]
-        if missing:
-            continue
+    for x_s, means in (_thinned(it, seconds) for it in played):
+        points = [(100 * x / max(seconds, 1e-9), 20 - 20 * v / most) for x, v in zip(x_s, means, strict=True)]
         lines += "M" + "L".join(f"{x:.4g} {y:.4g}" for x, y in points) + ("h.01" if len(points) == 1 else "")
         for side, held in (("home", min), ("away", max)):
             top = "L".join(f"{x:.4g} {held(y, 20.0):.4g}" for x, y in points)
             areas[side] += f"M{points[0][0]:.4g} 20L{top}L{points[-1][0]:.4g} 20Z"
-    parts = [Markup('<svg class="strip top" role="img" aria-label="{}" viewBox="0 0 100 40" '
+    parts = [Markup('<svg class="strip top" role="group" aria-label="{}" viewBox="0 0 100 40" '
                     'preserveAspectRatio="none">').format(label)]
+    parts.append(Markup('<path class="grid" d="M0 10H100M0 30H100"/>'))
+    if half is not None:
+        parts.append(Markup('<path class="grid" d="M{:.4g} 0V40"><title>half-time</title></path>').format(
+            100 * half))
     parts += [Markup('<path class="{}" d="{}"/>').format(side, drawn) for side, drawn in areas.items()]
     parts.append(Markup('<path class="half" d="M0 20H100"/><path class="swing" d="{}"/>').format(lines))
     for goal in goals:
         begin, end = (0, 20) if goal.team == "home" else (20, 40) if goal.team == "away" else (0, 40)
-        parts.append(Markup('<path class="goal-at {}" d="M{:.4g} {}V{}"><title>{}</title></path>').format(
-            goal.team, 100 * goal.at, begin, end, goal.says))
-    return Markup('<div class="over-time">{}<div class="times" aria-hidden="true">{}</div></div>').format(
-        Markup("").join([*parts, Markup("</svg>")]), _times(seconds))
+        line = Markup('d="M{:.4g} {}V{}"').format(100 * goal.at, begin, end)
+        parts.append(Markup(
+            '<a href="{}" aria-label="{}"><title>{}</title><path class="hit" {}/>'
+            '<path class="goal-at {}" {}/></a>').format(
+                goal.link, goal.says, goal.says, line, goal.team, line))
+    scale = Markup("").join(Markup("<span>{}</span>").format(f"{part * most:+.3g}" if part else "0")
+                            for part in (1, 0.5, 0, -0.5, -1))
+    return Markup('<div class="over-time scaled"><div class="scale" aria-hidden="true">{}</div>{}'
+                  '<div class="times" aria-hidden="true">{}</div></div>').format(
+        scale, Markup("").join([*parts, Markup("</svg>")]), _times(seconds))
+
+
+def _thinned(stretch: BalanceLine, seconds: float) -> tuple[F64, F64]:
+    """Times, s, and V of a stretch: the means of its parts of a match of :data:`_MOMENTS` equal ones."""
+    at = np.floor(stretch.t_ns / 1e9 / max(seconds, 1e-9) * _MOMENTS).astype(np.int64)
+    parts, place, count = np.unique(at, return_inverse=True, return_counts=True)
+    means = (np.bincount(place, weights) / count for weights in (stretch.t_ns / 1e9, stretch.v))
+    x_s, v = (mean[:len(parts)] for mean in means)
+    return x_s, v
 
 
 def spark(values: Sequence[float | None], label: str) -> Markup:

@@ -13,6 +13,25 @@ from pitchlore.schemas.behaviours import SHOWN_FROM
 NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
 
+#: Titles of the situations, two words at most: those of four make a title of eight.
+TITLES = {
+    1: "has ball", 11: "guides ball", 21: "kicks ball", 22: "loses ball", 23: "yields ball",
+    33: "leaves ball", 34: "avoids ball", 44: "reaches ball", 45: "receives ball", 46: "nears ball",
+    47: "is hit", 57: "faces ball", 67: "follows lengthways", 68: "follows sideways", 78: "faces back",
+    88: "drops back", 98: "moves up", 108: "faces forward", 118: "nears goal", 128: "leaves goal",
+    138: "nears goalkeeper", 139: "nears midfield", 140: "nears striker", 150: "leaves goalkeeper",
+    151: "leaves midfield", 152: "leaves striker", 162: "nears mate+1", 163: "nears mate+2",
+    173: "leaves mate+1", 174: "leaves mate+2", 184: "stands still", 194: "moves randomly",
+}
+assert TITLES.keys() == NAMES.keys()
+
+
+def titled(codes: Sequence[int]) -> str:
+    """Situations as a title of a few words; a code that has none stands for itself."""
+    title = " → ".join(TITLES.get(code, f"{code:03d}") for code in codes)
+    return title[:1].upper() + title[1:]
+
+
 def short(name: str) -> str:
     """A situation's name within a phrase: of the robot that is spoken of."""
     within = name.removeprefix("Robot ")
@@ -41,5 +60,5 @@ def went_with(row: Mapping[str, Any]) -> str:
 
 
 def of_behaviour(behaviour_id: str) -> str:
-    """A behaviour in words, by its id: role and codes."""
-    return said([int(code) for code in behaviour_id.split("-")[1:]])
+    """A behaviour as a title, by its id: role and codes."""
+    return titled([int(code) for code in behaviour_id.split("-")[1:]])

@@ -24,7 +24,7 @@ class RobotNumbers(NamedTuple):
     """Numbers of a robot of a team, over matches.
 
     Attributes:
-        role: its commonest role.
+        role: its role on a page: the one that it has longest in the page's matches.
         share: share of its samples in play in which it has this role.
         minutes: minutes of the matches in which it is seen.
     """
@@ -112,6 +112,23 @@ def robot_numbers(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]])
         role = min(roles, key=lambda name: (-roles[name], name))
         found[robot] = RobotNumbers(role, roles[role] / max(sum(roles.values()), 1), minutes[robot])
     return found
+
+
+def time_in(role: str, each: Iterable[Mapping[int, Mapping[str, int]]]) -> list[tuple[int, float]]:
+    """Robots of a team that ever had a role, each with the share of its samples in play, the greatest first.
+
+    Args:
+        role: the role.
+        each: samples of the team's robots by role, a side of a match each.
+    """
+    own: dict[int, int] = {}
+    whole: dict[int, int] = {}
+    for robots in each:
+        for robot, roles in robots.items():
+            own[robot] = own.get(robot, 0) + roles.get(role, 0)
+            whole[robot] = whole.get(robot, 0) + sum(roles.values())
+    shares = ((robot, samples / whole[robot]) for robot, samples in own.items() if samples)
+    return sorted(shares, key=lambda it: (-it[1], it[0]))
 
 
 def losses(

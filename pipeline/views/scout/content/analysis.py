@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,14 @@ from pitchlore.schemas import SIDES
 from pitchlore.schemas.analysis import PHASES
 
 
-def analysed(sides: Sequence[tuple[LeagueMatch, str]], style: str = "home") -> dict[str, Any] | None:
+def analysed(
+    sides: Sequence[tuple[LeagueMatch, str]], roles: Mapping[int, str], style: str = "home"
+) -> dict[str, Any] | None:
     """Content of the section about a team's sides in matches; None where the stage has not run yet.
 
     Each row has a label, the value of the team and of its adversaries (None where not known), and a unit:
-    share, or the digits after the point. The network is drawn on the newest match's pitch.
+    share, or the digits after the point. The network is drawn on the newest match's pitch. ``roles`` are
+    those of the team's robots in words.
     """
     if over_sides(sides, LeagueMatch.efforts).is_empty():
         return None
@@ -30,18 +33,20 @@ def analysed(sides: Sequence[tuple[LeagueMatch, str]], style: str = "home") -> d
     tried = over_sides([side for side in sides if side[0].pitch == pitch], LeagueMatch.pass_attempts)
     running = over_sides(sides, LeagueMatch.efforts).group_by("robot").agg(
         pl.col("seconds", "distance", "fast", "sprints").sum(), pl.col("top_speed").max(),
-        pl.col("space").mean(),
-        pl.col("role").cast(pl.String).drop_nulls().mode().sort().first()).sort("robot")
+        pl.col("space").mean()).sort("robot")
     return {
         "rows": [{"label": label, "unit": unit, "own": own[name], "other": other[name]}
                  for label, name, unit in _ROWS if own[name] is not None or "stamina" not in name],
-        "network": network(tried, pitch, style), "running": running.to_dicts()}
+        "network": network(tried, pitch, style),
+        "running": [row | {"role": roles.get(row["robot"], "")} for row in running.to_dicts()]}
 
 
 #: What is told: label, name in the numbers, unit.
 _ROWS = (
     ("passes tried", "tried", "0"), ("of these arrive", "arrive", "share"),
     ("of these are intercepted", "intercepted", "share"),
+    ("distance of all, m a match", "covered", "0"),
+    ("distance of all, m a minute", "covered_a_minute", "1"),
     ("distance of a robot, m a minute", "distance", "1"), ("of this fast", "fast", "share"),
     ("sprints of a robot, each 10 minutes", "sprints", "1"), ("top speed, m/s", "top", "2"),
     ("passes allowed for each ball won or duel (PPDA)", "ppda", "2"),
@@ -69,10 +74,12 @@ def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str
     held = dict(phases.group_by(pl.col("phase").cast(pl.String)).agg(
         (pl.col("end_ns") - pl.col("start_ns")).sum()).iter_rows())
     shares = space.select(pl.col("share", "ahead").mean()).row(0, named=True)
+    minutes = sum(match.matches["duration_s"][0] for match, _ in sides) / 60
     left = over_sides(sides, LeagueMatch.stamina, own=own)["stamina"].cast(pl.Float64)
     return {
         "tried": float(tried.height), "arrive": _share(came.get("arrives", 0), tried.height),
         "intercepted": _share(came.get("intercepted", 0), tried.height),
+        "covered": _share(run["distance"], len(sides)), "covered_a_minute": _share(run["distance"], minutes),
         "distance": _share(60 * run["distance"], run["seconds"]),
         "fast": _share(run["fast"], run["distance"]),
         "sprints": _share(600 * run["sprints"], run["seconds"]), "top": run["top_speed"],

@@ -6,9 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.scout.content.chances import shots_over, with_chances
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, over_sides, sides_played
-from pitchlore.pipeline.views.scout.scored import Scored, again, of_side, scored, summary
+from pitchlore.pipeline.views.scout.leadup import lead_ups
+from pitchlore.pipeline.views.scout.scored import (
+    Scored,
+    again,
+    lost_before,
+    of_side,
+    scored,
+    summary,
+)
 from pitchlore.pipeline.views.scout.shooting import shooting
 from pitchlore.pipeline.views.scout.words import said
 from pitchlore.pipeline.views.scout.zones import (
@@ -47,7 +56,8 @@ def of_match(match: LeagueMatch, kept: MatchAnswers) -> dict[str, dict[str, Any]
         found[side] = {
             "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
             "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
-            "shooting": shooting(own), "scored": how(of_side(kept.scored, side), seen)}
+            "shooting": shooting(own), "scored": how(of_side(kept.scored, side), seen),
+            "conceded": how_conceded(of_side(kept.scored, SIDES[1 - SIDES.index(side)]), seen)}
     return found
 
 
@@ -67,33 +77,51 @@ def team_answers(
         "losses": losses(over_sides(sides, LeagueMatch.possession), lengths, seen), "thirds": THIRDS,
         "passing": passing(over_sides(sides, LeagueMatch.passes), lengths),
         "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
-        "shooting": shooting(shots_over(sides)), "scored": how(goals_over(sides, lines), seen)}
+        "shooting": shooting(shots_over(sides)), "scored": how(goals_over(sides, lines), seen),
+        "conceded": how_conceded(goals_over(sides, lines, own=False), seen)}
 
 
 def robots_of(
     sides: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
 ) -> dict[int, RobotNumbers]:
     """Roles and minutes of each robot of a team in its matches."""
-    return robot_numbers(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
-                                 lines[match.name]["seconds"] / 60) for match, side in sides)
+    return robot_numbers((line_samples(match, side, lines), lines[match.name]["seconds"] / 60)
+                         for match, side in sides)
+
+
+def line_samples(match: LeagueMatch, side: str, lines: Mapping[str, dict[str, Any]]) -> RoleSamples:
+    """Samples of a side's robots in a match, from the match's line."""
+    return {int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()}
 
 
 def goals_over(
-    sides: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
+    sides: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]], *, own: bool = True
 ) -> list[Scored]:
-    """The goals of a team in its matches, in their order."""
-    return [goal for match, side in sides for goal in of_side(again(lines[match.name]["scored"]), side)]
+    """The goals of a team in its matches, in their order, or those against it."""
+    return [goal for match, side in sides for goal in of_side(
+        again(lines[match.name]["scored"]), side if own else SIDES[1 - SIDES.index(side)])]
 
 
 def goals_of(match: LeagueMatch) -> list[Scored]:
     """The goals of a match whose team is known."""
-    return scored(match.goals, match.shots, match.situations, match.pitch.length)
+    found = scored(match.goals, match.shots, match.situations, match.pitch.length)
+    names = side_names(match.home.name, match.away.name)
+    came = lead_ups(
+        match.goals, match.possession, match.referee, match.trajectories, names, match.pitch.length)
+    return [goal._replace(before=before) for goal, before in zip(found, came, strict=True)]
 
 
 def how(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> dict[str, Any]:
     """How goals came about, with the commonest run before them in words."""
     found = summary(goals, {robot: it.says for robot, it in seen.items()})
-    return found._asdict() | {"last": None if found.run is None else said(found.run.codes)}
+    last = None if found.run is None else said(found.run.codes)
+    return found._asdict() | {"last": last, "goals": list(goals)}
+
+
+def how_conceded(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> dict[str, Any]:
+    """How goals against a team came about, and who had lost the ball before."""
+    found, lost = how(goals, {}), lost_before(goals, {robot: it.says for robot, it in seen.items()})
+    return found | {"lost": lost, "other": len(goals) - sum(row.n for row in lost), "goals": list(goals)}
 
 
 def scores_by(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> tuple[str, list[Any]]:

@@ -11,6 +11,7 @@ from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.tables import MatchTables
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, over_sides
 from pitchlore.pipeline.views.scout.facts import Mean
+from pitchlore.pipeline.views.scout.shooting import outcome_words
 
 
 def with_chances(match: MatchTables) -> pl.DataFrame:
@@ -55,7 +56,7 @@ def known_in(matches: int, xg: Sequence[Mean | None]) -> str:
 
 def shot_words(shot: Mapping[str, Any]) -> str:
     """A shot in words: its outcome, its distance and its expected goals, as far as they are known."""
-    says = f"{shot['outcome']}, from {shot['distance']:.2f} m"
+    says = f"{outcome_words(shot['outcome'])}, from {shot['distance']:.2f} m"
     return says if shot["xg"] is None else f"{says}, xG {shot['xg']:.2f}"
 
 

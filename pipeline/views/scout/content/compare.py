@@ -12,6 +12,7 @@ from pitchlore.pipeline.engine.knowledge import learned_from, lineage
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.pipeline.views.scout.content.league import standing_of
 from pitchlore.pipeline.views.scout.content.matches import MEASURES
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
@@ -21,7 +22,7 @@ from pitchlore.pipeline.views.scout.content.sources import (
     sides_played,
 )
 from pitchlore.pipeline.views.scout.content.teams import over
-from pitchlore.pipeline.views.scout.words import NAMES, short
+from pitchlore.pipeline.views.scout.words import TITLES
 from pitchlore.schemas import SIDES, Behaviours
 from pitchlore.schemas.behaviours import for_people
 
@@ -45,7 +46,7 @@ def numbers_script(
     """
     return _script("scoutNumbers", {
         "measures": MEASURES,
-        "codes": {code: short(name) for code, name in NAMES.items()},
+        "codes": TITLES,
         "matches": [{
             "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
             "score": lines[match.name]["score"],
@@ -54,15 +55,26 @@ def numbers_script(
         "teams": [{
             **team._asdict(), "matches": len(own := [it for it in league if team in (it.home, it.away)]),
             "counted": matches_in_words(len(own), against_itself(team, own)),
-            "numbers": over(team, own, lines)[0],
+            **_both(team, own, lines),
         } for team in teams],
         "sets": [{
             "says": f"{team.name} ({team.kind}), {says}", "team": team.slug,
-            "matches": [it.name for it in own], "numbers": over(team, own, lines)[0],
+            "matches": [it.name for it in own], **_both(team, own, lines),
         } for team in teams for says, own in sets_of(team, league, lines)],
         "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}
                      for manifest in versions],
     })
+
+
+def _both(
+    team: TeamName, own: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """A team's numbers in some of its matches, those of its adversaries, and what it won there."""
+    numbers, against = over(team, own, lines)
+    won = standing_of(team, own, lines)
+    known = won.pop("played") > won.pop("unknown")
+    return {"numbers": numbers, "against": against, "standing": {
+        name: won[name] for name in ("won", "drawn", "lost", "goals", "against")} if known else None}
 
 
 def sets_of(

@@ -19,15 +19,15 @@ def league_facts(
 ) -> dict[str, Any]:
     """Content of the first page; ``lines`` are the league's, by match, ``every`` counts all its matches."""
     rows = [_row(match, lines[match.name]) for match in league]
-    rows.sort(key=lambda row: row["date"], reverse=True)
-    standings = [_standing(team, league, lines) for team in teams]
+    rows.reverse()  # a league's matches are oldest first
+    standings = [standing_of(team, league, lines) for team in teams]
     standings.sort(key=lambda it: (-it["won"], it["lost"], it["against"] - it["goals"]))
     kinds = Counter(row["kind"] for row in rows)
     return {"title": TITLE, "every": every, "rows": rows, "standings": standings, "leagues": [
         (kind, [it for it in standings if it["team"].kind == kind]) for kind, _ in kinds.most_common()]}
 
 
-def _standing(
+def standing_of(
     team: TeamName, league: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """A team's wins, draws and losses in matches whose score is known; those against itself are left out."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cached_property
 
 import polars as pl
 
 from pitchlore.pipeline.base.digests import canonical, digest
-from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.knowledge import learned_from, lineage
 from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
@@ -17,32 +15,6 @@ from pitchlore.pipeline.store.receipts import Receipt
 from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.typical import typical
 from pitchlore.schemas import SIDES, Decisions, Grams, Neurons
-
-#: Standard deviations of a normal distribution on either side of which 5 % lie in all.
-_Z = 1.96
-
-
-def few_goals(store: Store, league: Sequence[LeagueMatch]) -> dict[str, str]:
-    """Sentence on the few goals that V rests on, by league; leagues that have enough have none.
-
-    Args:
-        store: the data folder.
-        league: the matches; of each league the models of the last one count.
-    """
-    said: dict[str, str] = {}
-    for kind, match in {match.home.kind: match for match in league}.items():
-        labels = match.inputs["values"][0].inputs
-        names = {label.split("/")[1] for label in labels if label.startswith("models/")}
-        held = [receipt for name in sorted(names) if (receipt := store.receipt("models", name)) is not None]
-        report = held[0].details["report"].get(kind, {}) if held else {}
-        if "level" in report:
-            times, low, high = (math.exp(report["level"]["offset"] + ends * report["level"]["error"])
-                                for ends in (0, -_Z, _Z))
-            said[kind] = (
-                f"Few goals: {number_of(report['goals'], 'goal')} in {kind} so far. Below ten, V is fitted "
-                f"to matches of our arena, and its odds are multiplied by {times:.2f} [{low:.2f}, {high:.2f}]"
-                " for the rate of goals here. Take V, and all that follows from it, as a hint.")
-    return said
 
 
 class Learned:

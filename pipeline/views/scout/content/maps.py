@@ -10,7 +10,7 @@ from pitchlore.pipeline.views.scout.content.teams import on_page
 from pitchlore.pipeline.views.scout.maps import lying, maps
 from pitchlore.pipeline.views.scout.ring import Edge, Node, ring
 from pitchlore.pipeline.views.scout.transitions import Successions, transitions
-from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
+from pitchlore.pipeline.views.scout.words import of_behaviour
 from pitchlore.schemas.behaviours import for_people
 
 #: Behaviours on the ring: those that were begun most often. Arrows from each: its commonest next ones.
@@ -31,7 +31,7 @@ def maps_facts(team: TeamName, known: Known | None, learned: Learned) -> dict[st
     return {
         "total": total, "lying": mapped, "counted": matches_in_words(matches, played - matches),
         "team": team, "version": None if known is None else known.manifest.version, "mapped": learned.mapped,
-        "maps": maps(learned.neurons(team), grams, on, NAMES, shown) if on is not None else [],
+        "maps": maps(learned.neurons(team), grams, on, shown) if on is not None else [],
         "off": 0 if on is None else on["neuron"].null_count(),
         "graph": _graph(transitions(decisions), shown),
     }

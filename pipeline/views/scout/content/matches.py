@@ -10,7 +10,8 @@ import polars as pl
 
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.commentary import Commentary
-from pitchlore.pipeline.views.commentary.words import side_names
+from pitchlore.pipeline.views.commentary.summary import found_words
+from pitchlore.pipeline.views.commentary.words import side_names, time_elapsed
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.analysis import analysed, space_over_time
 from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
@@ -19,7 +20,6 @@ from pitchlore.pipeline.views.scout.content.flaws import flaws
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.facts import (
     Numbers,
-    balance,
     by_lead,
     halves,
     is_counted,
@@ -32,6 +32,7 @@ from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, pass_arrow
 from pitchlore.pipeline.views.scout.restarts import any_moment
 from pitchlore.pipeline.views.scout.scored import Scored, clip_of
+from pitchlore.pipeline.views.scout.swings import SWING_S, Swing, lead_words, on_top_words, stretches, swings
 from pitchlore.pipeline.views.scout.timeline import GoalLine, on_top, over_time
 from pitchlore.schemas import SIDES, note_on
 
@@ -49,6 +50,8 @@ MEASURES = (
 _HOW = "how it came"
 #: Seconds before an event at which its link opens the replay.
 _BEFORE_S = 1.0
+#: Seconds after a swing in which the commentary still tells of it.
+_AFTER_S = 1.0
 
 
 def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> dict[str, Any]:
@@ -61,8 +64,10 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
     changes = _changes(counts[1], counts[2], [(end - start) / 1e9 for _, start, end in whole[1:]])
     each, goals = parts(match), [
         GoalLine(t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "",
-                 f"goal for {names[team] if team else 'nobody knows whom'}")
-        for t_ns, team in match.goals.select("t_ns", "team").iter_rows()]
+                 f"goal for {names[team] if team else 'nobody knows whom'} at {time_elapsed(t_ns)}",
+                 f"../matches/{match.name}.html#goal-{place}")
+        for place, (t_ns, team) in enumerate(match.goals.sort("t_ns").select("t_ns", "team").iter_rows(), 1)]
+    played, said = stretches(match.values), _reported(moments)
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
         "score": shown_score((counts[0][side].goals for side in SIDES), counted=is_counted(match)),
@@ -72,10 +77,13 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
             (f"{names[side]}: {label}", changes[side][name])
             for side in SIDES for label, name, _ in MEASURES]),
         "analysed": [{"name": names[side], "key": side, "facts": facts} for side in SIDES
-                     if (facts := analysed([(match, side)], side))],
+                     if (facts := analysed([(match, side)], answers[side]["roles"], side))],
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
-        "top": on_top(balance(match), goals, "who is on top", row["duration_s"]),
+        "top": on_top(played, goals, "who is on top", row["duration_s"], _half(match)),
+        "swung": [on_top_words(played, names), lead_words(match.goals, names)],
+        "swings": [_swing(swing, match, said, names) for swing in swings(played)],
+        "swing_s": SWING_S, "found": found_words(moments.summary.sure),
         "over_time": each, "strips": [
             {"name": name, "blank": blank if any(getattr(part, of) is None for part in each) else "",
              "picture": over_time(
@@ -83,7 +91,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
             for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
                                     ("Territory over time", "territory", "ball not in play"))] + _space(
                                         match, goals),
-        "goals": _goals(match, moments, kept.scored), "told": _reported(moments),
+        "goals": _goals(match, moments, kept.scored, names), "told": said,
         "shots": _shots(match, names),
         "sides": [{"key": side, "name": team.name, "answers": answers[side],
                    **_passes(match, side, names[side], pitch)}
@@ -151,19 +159,54 @@ def _reported(reported: Commentary) -> list[dict[str, Any]]:
     """Each sentence of the commentary, with the moment of the replay that it tells of, seconds."""
     return [{"at": before(moment.t_ns / 1e9), "seconds": moment.t_ns / 1e9, "team": moment.team or "",
              "actor": moment.actor or moment.team or "", "robot": moment.robot,
-             "says": moment.text}
+             "says": moment.text, "kind": moment.kind}
             for moment in reported.moments]
 
 
-def _goals(match: LeagueMatch, reported: Commentary, scored: Sequence[Scored]) -> list[dict[str, Any]]:
-    """Each goal in the commentary's words and with its shot, and the clip that leads to it."""
-    shots = {goal.t_ns: "no shot" if goal.distance is None else f"shot from {goal.distance:.2f} m"
-             for goal in scored}
-    said = [moment.line() for moment in reported.moments if moment.kind == "goal"]
+def _half(match: LeagueMatch) -> float | None:
+    """Place of half-time in the match, 0 to 1; None where no referee gave one."""
+    given = match.referee.filter(pl.col("event") == "half")["t_ns"]
+    return float(given[0]) / 1e9 / max(match.matches["duration_s"][0], 1e-9) if len(given) else None
+
+
+def _swing(
+    swing: Swing, match: LeagueMatch, said: Sequence[dict[str, Any]], names: Mapping[str, str]
+) -> dict[str, Any]:
+    """A swing in words: what the commentary tells of it, else who had the ball before and after."""
+    start_s, end_s = swing.start_ns / 1e9, swing.end_ns / 1e9
+    told = [line["says"] for line in said
+            if start_s <= line["seconds"] <= end_s + _AFTER_S and line["kind"] != "possession"]
+    held = match.possession.select("start_ns", "end_ns", pl.col("team").cast(pl.String))
+    had = [held.filter(pl.col("start_ns") <= at, pl.col("end_ns") > at)["team"].to_list() for at in (
+        swing.start_ns, swing.end_ns)]
+    first, then = (names[each[0]] if each else "nobody" for each in had)
+    words = f"{first} had the ball, then {then}." if first != then else f"{first} had the ball."
+    return swing._asdict() | {"at": before(start_s), "seconds": start_s,
+                              "says": " ".join(told) or words[:1].upper() + words[1:]}
+
+
+def _goals(
+    match: LeagueMatch, reported: Commentary, scored: Sequence[Scored], names: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """The goals by side, those of nobody known last: what came before, the commentary, a clip."""
+    own = {goal.t_ns: goal for goal in scored}
+    said = [moment.text.removeprefix("GOAL").partition("! ")[2] for moment in reported.moments
+            if moment.kind == "goal"]  # the head of its list says for whom it is
     goals = match.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
-    return [{"team": goal["team"] or "", "says": line, "shot": shots.get(goal["t_ns"], ""),
-             "clip": clip_of(goal, _HOW)}
-            for goal, line in zip(goals, said, strict=True)]
+    groups: dict[str, list[dict[str, Any]]] = {side: [] for side in (*SIDES, "")}
+    for place, (goal, line) in enumerate(zip(goals, said, strict=True), 1):
+        known, group = own.get(goal["t_ns"]), groups[goal["team"] or ""]
+        shot = "" if known is None else (
+            "no shot" if known.distance is None else f"shot from {known.distance:.2f} m")
+        group.append({"place": place, "nth": len(group) + 1})
+        group[-1].update({
+            "says": line, "shot": shot, "clip": clip_of(goal, _HOW),
+            "at": goal["t_ns"] / 1e9, "before": "" if known is None else known.before.says,
+            "score": " : ".join(str(len(groups[side])) for side in SIDES)})
+    heads: dict[str, str] = {
+        side: f"{names[side]} scored, {names[SIDES[1 - SIDES.index(side)]]} conceded" for side in SIDES}
+    return [{"team": side, "head": heads.get(side, "Nobody knows for whom"), "goals": group}
+            for side, group in groups.items() if group]
 
 
 def _shots(match: LeagueMatch, names: Mapping[str, str]) -> dict[str, Any]:
@@ -225,6 +268,23 @@ def _robots(match: LeagueMatch) -> list[dict[str, Any]]:
     return found
 
 
-def menu(matches: Sequence[LeagueMatch]) -> list[TeamName]:
-    """The teams of some matches, sorted."""
-    return sorted({team for match in matches for team in (match.home, match.away)})
+def menu(matches: Sequence[LeagueMatch], mine: str = "") -> list[TeamName]:
+    """The teams of some matches: those that are called so first, then by name.
+
+    No match changes that order, so that a new one leaves the pages of the others as they are.
+    """
+    return sorted({team for match in matches for team in (match.home, match.away)},
+                  key=lambda team: (team.name != mine, team))
+
+
+def newest_first(matches: Sequence[LeagueMatch], teams: Sequence[TeamName], mine: str = "") -> list[TeamName]:
+    """The teams as pages begin with them: those called so, then those of the newest match, home first.
+
+    Args:
+        matches: the matches, oldest first.
+        teams: their teams.
+        mine: a team's name.
+    """
+    newest = [matches[-1].home, matches[-1].away]
+    return sorted(teams, key=lambda team: (
+        team.name != mine, newest.index(team) if team in newest else len(newest)))

@@ -10,7 +10,8 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.views.scout.content.answers import goals_over, robots_of, scores_by
+from pitchlore.pipeline.views.commentary.words import enumerated
+from pitchlore.pipeline.views.scout.content.answers import goals_over, line_samples, robots_of, scores_by
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
@@ -23,7 +24,8 @@ from pitchlore.pipeline.views.scout.content.sources import (
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.restarts import SOON_S, Share, came_soon, paid
 from pitchlore.pipeline.views.scout.scored import clip_of
-from pitchlore.pipeline.views.scout.zones import third
+from pitchlore.pipeline.views.scout.zones import third, time_in
+from pitchlore.schemas import SIDES
 
 #: Matches that the report is made from, the newest; clips of a sentence.
 FROM, CLIPS = 20, 3
@@ -56,11 +58,11 @@ def opponent_facts(
         "known": bool(gallery["cards"]),
         "sentences": [
             _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),
-            _striker(played),
+            _striker(played, lines),
             _losses(over_sides(played, LeagueMatch.possession), pitch),
             _pressed(over_sides(played, LeagueMatch.pressure, own=False)),
             _conceded(played, faced),
-            _keeper(played, faced, pitch),
+            _keeper(played, lines, faced, pitch),
             _restarts(played),
         ],
     }
@@ -124,17 +126,16 @@ def _conceded(played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame) ->
         clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
 
 
-def _striker(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
+def _striker(
+    played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
     """The robots that play as the team's striker, and what the one does that does so most."""
-    seen = pl.concat([match.trajectories.filter(
-        pl.col("team") == side, pl.col("role") == "striker", pl.col("segment").is_not_null()).select("robot")
-        for match, side in played])
-    often = seen.group_by("robot").len().sort("len", "robot", descending=[True, False]).head(2)
-    if often.is_empty():
+    often = time_in("striker", (line_samples(match, side, lines) for match, side in played))[:2]
+    if not often:
         return _said("Its striker", "No striker was seen.")
-    plays = [f"robot {robot} for {100 * samples / seen.height:.0f}\u00a0% of the time"
-             for robot, samples in often.iter_rows()]
-    first = often["robot"][0]
+    plays = [
+        f"robot {robot} plays striker for {100 * share:.0f}\u00a0% of its time" for robot, share in often]
+    first = often[0][0]
     shots, passes, lost, goals = (
         over_sides(played, table).filter(pl.col(by) == first) for table, by in (
             (LeagueMatch.shots, "robot"), (LeagueMatch.passes, "robot"),
@@ -151,7 +152,10 @@ def _striker(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
         [clip_of(row, "its goal") for row in made.tail(CLIPS).iter_rows(named=True)])
 
 
-def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
+def _keeper(
+    played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]], faced: pl.DataFrame,
+    pitch: Pitch,
+) -> dict[str, Any]:
     """The team's goalkeeper."""
     places = [np.zeros((0, 2))]
     for match, side in played:
@@ -163,10 +167,15 @@ def _keeper(played: Sequence[tuple[LeagueMatch, str]], faced: pl.DataFrame, pitc
     if not len(at):
         return _said("Its keeper", "No goalkeeper was seen.")
     out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
+    robots = [f"robot {robot} for {100 * share:.0f}\u00a0% of its time" for robot, share in time_in(
+        "goalkeeper", (line_samples(match, side, lines) for match, side in played))[:2]]
+    home = sum(side == SIDES[0] for _, side in played)
+    where = enumerated([f"the {goal} goal {of} (n = {count})" for goal, count, of in (
+        ("left", home, "as home"), ("right", len(played) - home, "as away")) if count])
     return _said(
         "Its keeper",
-        f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of"
-        f" {len(at):,} samples). {saves(faced)}",
+        f"In goal is {enumerated(robots)}: {where}. It stands {out:.2f} m before its goal line and"
+        f" {aside:.2f} m from the middle (medians of {len(at):,} samples). {saves(faced)}",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
          for row in _spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
 
@@ -178,9 +187,12 @@ def saves(shots: pl.DataFrame) -> str:
         shots: rows of schema Shots, all at its goal.
     """
     came = pl.col("outcome")
-    n, blocked, saved, conceded = (shots.filter(it).height for it in (
-        came != "wide", came == "blocked", came == "saved", came == "goal"))
-    says = f"Of {number_of(n, 'shot')} on target, other robots blocked {blocked}."
+    n, blocked, kept, missed, saved, conceded = (shots.filter(it).height for it in (
+        came != "wide", *(came == each for each in ("blocked", "own", "missed", "saved", "goal"))))
+    aside = [f"other robots blocked {blocked}"]
+    aside += [f"after {kept} the attackers kept the ball"] if kept else []
+    aside += [f"{missed} reached nobody"] if missed else []
+    says = f"Of {number_of(n, 'shot')} on target, {enumerated(aside)}."
     reached = saved + conceded
     if not reached:
         return f"{says} None reached it."

@@ -45,7 +45,7 @@ from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, pai
 from pitchlore.pipeline.views.scout.restarts import control_over_matches as any_moment
 from pitchlore.pipeline.views.scout.timeline import spark
 from pitchlore.pipeline.views.scout.transitions import Followed, neighbours_of, transitions
-from pitchlore.pipeline.views.scout.words import of_behaviour, said, went_with
+from pitchlore.pipeline.views.scout.words import of_behaviour, said, titled, went_with
 from pitchlore.schemas import SIDES, note_on
 from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
@@ -89,14 +89,15 @@ def team_facts(
     numbers = match_numbers(team, matches, lines)
     own, other = (over_matches(it) for it in numbers)
     trends = {name: _trend(label, match_by_match(numbers[0], name)) for label, name, _ in MEASURES}
+    answers = team_answers(team, matches, lines)
     return {
         "team": team, "matches": rows,
         "counted": matches_in_words(len(matches), against_itself(team, matches)),
-        "answers": team_answers(team, matches, lines), "measures": MEASURES, "own": own, "other": other,
+        "answers": answers, "measures": MEASURES, "own": own, "other": other,
         "note": note_on(team.name), "trend_at": TREND_AT,
         "known": known_in(len(rows), (own["xg"], other["xg"])), "trends": trends,
         "compared": any(it["since"] is not None for it in trends.values()),
-        "analysed": analysed(played),
+        "analysed": analysed(played, answers["roles"]),
         "pictures": _pictures(team, matches), "tiles": _tiles(rows, numbers, own),
         "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
         "any": any_moment(moments),
@@ -253,13 +254,15 @@ def gallery(
         "roles": every["role"].cast(pl.String).unique().sort().to_list(), "follows_s": FOLLOWS_S,
         "counted_in": matches_in_words(len(newest), 0),
         "phrases": [said([code]) for code in every["codes"].explode().unique().sort().to_list()],
-        "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids,
-                         "went": went_with(row)} for row in every.head(LISTED).select(
+        "every": [row | {"title": titled(row["codes"]), "words": said(row["codes"]),
+                         "shown": row["behaviour_id"] in ids, "went": went_with(row)}
+                  for row in every.head(LISTED).select(
                       "behaviour_id", "codes", "role", "support", "value", "low", "high", "q", "times",
                       "at_least",
                   ).iter_rows(named=True)],
         "cards": [{
-            "id": row["behaviour_id"], "words": said(row["codes"]), "role": row["role"],
+            "id": row["behaviour_id"], "title": titled(row["codes"]), "words": said(row["codes"]),
+            "role": row["role"],
             "length": len(row["codes"]),
             "went": went_with(row), "codes": row["codes"],
             **{name: row[name] for name in (

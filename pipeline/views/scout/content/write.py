@@ -18,6 +18,7 @@ from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.card import cards
 from pitchlore.pipeline.views.commentary.words import side_names
+from pitchlore.pipeline.views.few_goals import few_goals
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout.content import compare, copies, danger, replays
 from pitchlore.pipeline.views.scout.content import matches as match_pages
@@ -25,7 +26,7 @@ from pitchlore.pipeline.views.scout.content import policies as policy_pages
 from pitchlore.pipeline.views.scout.content import situations as situation_pages
 from pitchlore.pipeline.views.scout.content.folder import Folder
 from pitchlore.pipeline.views.scout.content.league import league_facts
-from pitchlore.pipeline.views.scout.content.learned import Learned, few_goals
+from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, pages_of_team
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
@@ -86,9 +87,11 @@ def write_pages(
     whole, league = league, chosen_matches(league, names)
     every = len(whole)
     folder = Folder(store, out or store.root / _folder(names))
-    known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
+    known, teams, code = newest(store), match_pages.menu(league, mine), f"{RELEASE}+{_made_by()}"
+    first = match_pages.newest_first(league, teams, mine)
     version = None if known is None else known.manifest.version
-    behind, few = Learned(store, known, league), few_goals(store, league)
+    behind, few = Learned(store, known, league), few_goals(
+        store, {match.home.kind: match.inputs["values"][0] for match in league})
     around: dict[str, Any] = {"menu": teams, "made": code, "few_goals_in": few, "names_of": {
         match.name: side_names(match.home.name, match.away.name) for match in league}}
     lines = _matches(store, folder, league, around)
@@ -117,8 +120,9 @@ def write_pages(
     versions = compare.versions(store)
     folder.put("words.html", digest(canonical([code, teams])), lambda: rendered("words", **around))
     folder.put("compare.html", digest(canonical([code, teams, few])), lambda: rendered("compare", **around))
-    folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
-        compare.numbers_script(league, teams, lines, versions)))
+    numbered = digest(canonical([everything, mine, [it.key for it in versions]]))
+    folder.put("compare/numbers.js", numbered, lambda: (
+        compare.numbers_script(league, first, lines, versions)))
     for manifest in versions:
         folder.put(f"compare/v{manifest.version}.js", digest(canonical([everything, manifest.key])), partial(
             compare.knowledge, store, manifest, league, lines))

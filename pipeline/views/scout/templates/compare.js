@@ -191,24 +191,36 @@ function apart(one, other, share, independent) {
   return `${Math.abs(value) > half ? "★ " : ""}${signed(value, share, 1)} ± ${share ? Math.round(100 * half) : half.toFixed(1)}`;
 }
 
+/** What tells chance from a difference, in a paragraph; without a test where matches are in common. */
+function tested(independent) {
+  return paragraph(independent
+    ? "★ the 95 % interval of the difference leaves out 0. It is given from four matches on each side: fewer cannot tell. Differences of shares are in percentage points."
+    : "The two have matches in common, so no interval of the difference is given. Differences of shares are in percentage points.");
+}
+
+/** Two sides, each a team in some matches: what it won, its numbers and those of its adversaries, and the differences. */
+function twoSides(both, heads, matches, independent) {
+  const won = ({ standing: it }) => (it ? [`${it.won} – ${it.drawn} – ${it.lost}`, `${it.goals} : ${it.against}`] : ["–", "–"]);
+  const top = [["matches", ...matches.flatMap((count) => [count, ""]), "", ""],
+    ...["won – drawn – lost", "goals for : against"].map((label, at) => [label, ...both.flatMap((it) => [won(it)[at], ""]), "", ""])];
+  const rows = league.measures.map(([label, key, share]) => [
+    label, ...both.flatMap(({ numbers, against }) => [interval(numbers[key], share), interval(against[key], share)]),
+    ...["numbers", "against"].map((of) => apart(...both.map((it) => it[of][key]), share, independent))]);
+  const columns = ["it", "its adversaries"];
+  return [table([TEN, ...columns, ...columns, ...columns], [...top, ...rows],
+    [...heads.map((head) => [head, 2]), ["second less first", 2]]), tested(independent)];
+}
+
 function twoTeams(...slugs) {
   const both = slugs.map((slug) => league.teams.find((team) => team.slug === slug));
-  const independent = !met(both);
-  const rows = league.measures.map(([label, key, share]) => [
-    label, ...both.map((team) => interval(team.numbers[key], share)),
-    apart(...both.map((team) => team.numbers[key]), share, independent)]);
   const link = (team) => {
     const made = document.createElement("a");
     made.href = `teams/${team.slug}.html`;
     made.textContent = `${team.name} (${team.kind})`;
     return made;
   };
-  const found = [table([TEN, ...both.map(link), "second less first"], [
-    ["matches", ...both.map((team) => team.matches), ""], ...rows])];
+  const found = twoSides(both, both.map(link), both.map(({ matches }) => matches), !met(both));
   for (const team of both) if (team.counted !== undefined && team.counted.includes(",")) found.push(paragraph(`${team.name}: ${team.counted}.`));
-  found.push(paragraph(independent
-    ? "★ the 95 % interval of the difference leaves out 0. Differences of shares are in percentage points."
-    : "The two have matches in common, so no interval of the difference is given. Differences of shares are in percentage points."));
   if (both[0].kind !== both[1].kind) found.unshift(paragraph("They are of two leagues: their counts are of other games."));
   return found;
 }
@@ -217,20 +229,14 @@ function twoTeams(...slugs) {
 function twoSets(...places) {
   const both = places.map((place) => league.sets[Number(place)]);
   const independent = !both[0].matches.some((match) => both[1].matches.includes(match));
-  const rows = league.measures.map(([label, key, share]) => [
-    label, ...both.map(({ numbers }) => interval(numbers[key], share)),
-    apart(...both.map(({ numbers }) => numbers[key]), share, independent)]);
-  return [table([TEN, ...both.map(({ says }) => says), "second less first"], [
-    ["matches", ...both.map(({ matches }) => matches.length), ""], ...rows]), paragraph(independent
-    ? "★ the 95 % interval of the difference leaves out 0. Differences of shares are in percentage points."
-    : "The two have matches in common, so no interval of the difference is given.")];
+  return twoSides(both, both.map(({ says }) => says), both.map(({ matches }) => matches.length), independent);
 }
 
 /** A behaviour's id in words. */
 function inWords(id) {
   const [role, ...codes] = id.split("-");
   const names = codes.map((code) => league.codes[Number(code)] ?? code);
-  return `${role}: ${names.join(", then ")}`;
+  return `${role}: ${names.join(" → ")}`;
 }
 
 const worth = (row) => (row ? `${row[2].toFixed(3)}${row[3] === null ? "" : ` [${row[3].toFixed(3)}, ${row[4].toFixed(3)}]`}` : "–");
@@ -370,13 +376,18 @@ addEventListener("DOMContentLoaded", () => {
   pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches,
     firstPair(league.matches, (one, other) => teamsOf(one) === teamsOf(other))?.[0].id, (id) => partner(league.matches, (it) => it.id === id,
       (one, other) => teamsOf(one) === teamsOf(other))?.id);
-  const sets = league.sets.map(({ says, team }, place) => ({ says, team, place: String(place) }));
-  pair("sets", sets.map(({ says, place }) => [place, says]), asked("sets"), twoSets, sets[0]?.place,
-    (place) => sets.find((it) => it.place !== place && it.team === sets[Number(place)].team)?.place);
+  const sets = league.sets.map(({ says, team, matches }, place) => ({ says, team, matches, place: String(place) }));
+  const other = (place) => { // of the same team, and without a match in common if there is one
+    const one = sets[Number(place)], common = (it) => it.matches.filter((match) => one.matches.includes(match)).length;
+    return sets.filter((it) => it !== one && it.team === one.team).sort((a, b) => common(a) - common(b) || b.matches.length - a.matches.length)[0]?.place;
+  };
+  const [first] = asked("teams") ?? [league.teams[0]?.slug];
+  const dated = sets.filter((it) => it.team === first), preset = dated.find(({ says }) => says.includes(", before ")) ?? dated[0] ?? sets[0];
+  pair("sets", sets.map(({ says, place }) => [place, says]), asked("sets"), twoSets, preset?.place, other);
   const follow = behaviours(asked("behaviours"));
   let own = Boolean(asked("behaviours")); // an address of behaviours holds until teams are chosen
   pair("teams", league.teams.map(({ name: team, kind, slug }) => [slug, `${team} (${kind})`]), asked("teams"), twoTeams,
-    firstPair([...league.teams].sort((one, other) => other.matches - one.matches), (one, other) => one.kind === other.kind)?.[0].slug,
+    firstPair(league.teams, (one, other) => one.kind === other.kind)?.[0].slug,
     (slug) => partner(league.teams, (it) => it.slug === slug, (one, other) => met([one, other]))?.slug,
     (slugs) => { if (!own) follow?.(slugs); own = false; });
 });

@@ -67,5 +67,5 @@ addEventListener("DOMContentLoaded", () => {
   }).observe(document.querySelector("main"), { childList: true, subtree: true });
   toTop();
   document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
-  document.querySelectorAll("svg.pitch").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
+  document.querySelectorAll("svg.pitch, svg.top").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
 });

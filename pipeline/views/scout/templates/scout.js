@@ -137,7 +137,8 @@ function filters() {
   const holders = words.dataset.filter.split(" ").map((id) => document.getElementById(id)).filter(Boolean);
   const items = holders.flatMap((holder) => [...(holder.tBodies ? holder.tBodies[0].rows : holder.children)]);
   // of a card only what it is, not what is said of it
-  const texts = items.map((item) => (item.dataset.words ?? item.textContent).toLowerCase());
+  const inFull = (item) => item.cells?.[0].title ?? "";
+  const texts = items.map((item) => (item.dataset.words ?? `${item.textContent} ${inFull(item)}`).toLowerCase());
   const tell = counter(words.closest(".tools"));
   const phrases = document.querySelector(".phrases");
   phrases?.addEventListener("click", ({ target }) => {
