@@ -48,21 +48,6 @@ def test_the_how_to_explains_options_of_learned_teams():
     assert set(re.findall(r"^\| `(--[a-z-]+)", page, re.MULTILINE)) == {option(field.name) for field in fields(Learners)}
 
 
-@pytest.mark.parametrize("words", [
-    ("sql", "select 1"), ("kb", "list"), ("run",), ("train",), ("import", "x.csv"), ("situations",), ("replay", "x"), ("commentary", "x"),
-    ("serve",),
-])
-@pytest.mark.parametrize("inside", ["", "data"])
-def test_file_as_data_folder(call, tmp_path, words, inside):
-    """A data folder that is a file is one line of error, and says which file."""
-    file = tmp_path / "match.csv"
-    file.write_text("t,x\n")
-    code, out, err = call(*words, "--data", file / inside)
-    assert code == 1
-    assert out == ""
-    assert err == f"pitchlore: {file}: is not a folder. Name the data folder with --data.\n"
-
-
 def test_kinds_of_commands():
     """The commands that take a kind of match take every kind."""
     for command in (run_command, situations_command):
@@ -319,13 +304,6 @@ def test_run_shows_quarantine(call, tmp_path):
     assert "still in quarantine" not in out
 
 
-def test_train_without_knowledge(call, tmp_path):
-    """Without knowledge `train` says what to do."""
-    code, _, err = call("train", "--data", tmp_path)
-    assert code == 1
-    assert "there is no knowledge to train on. Import recordings" in err
-
-
 @pytest.mark.parametrize(("text", "said"), [
     (None, "cannot be read (No such file or directory)."),
     ("policies = 3", "policies"),
@@ -349,10 +327,3 @@ def test_no_traceback_without_debug(call, finished, monkeypatch):
     assert err == ("pitchlore: Unexpected ZeroDivisionError: division by zero. "
                    "Run again with --debug and report what it says.\n")
     assert "Traceback" in call("kb", "list", "--data", finished, "--debug")[2]
-
-
-def test_bad_schedule(call, tmp_path):
-    """`serve` refuses what is not a schedule before it starts anything."""
-    code, _, err = call("serve", "--cron", "bad", "--data", tmp_path)
-    assert code == 1
-    assert "'bad' is not a schedule" in err

@@ -153,19 +153,6 @@ def test_kb_version_0(call, finished, words):
     assert "no version 0 (there are: 1)" in err
 
 
-def test_kb_verify(call, copied):
-    """`kb verify` finds a flipped bit and names the file."""
-    assert call("kb", "verify", "--data", copied)[0] == 0
-    path = Store(copied).version_folder("knowledge", 1) / "occasions.parquet"
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(data)
-    code, out, _ = call("kb", "verify", "--data", copied)
-    assert code == 1
-    assert "occasions.parquet" in out
-    assert "SHA-256" in out
-
-
 def test_kb_without_knowledge(call, tmp_path):
     """Without knowledge `kb` says what to run."""
     (tmp_path / "inbox").mkdir()

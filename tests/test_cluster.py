@@ -19,6 +19,7 @@ from conftest import ROOT, clip, run
 from support.buckets import Served, files, served
 from support.deeds import die, refuse
 from support.processes import eventually, pitchlore
+from support.sockets import listened
 from test_costs import kept
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
@@ -238,10 +239,14 @@ def test_costs(workers, tmp_path):
 
 
 def test_local_cluster(tmp_path):
-    """A cluster of processes for one command. Work that kills all who try it is given up; other work is done."""
+    """A cluster of processes for one command, on loopback. Work that kills all who try it is given up; other work is done."""
+    before = listened(os.getpid())
     with cluster.dask.config.set({"distributed.scheduler.allowed-failures": 1}), executors_at("dask:local:2", tmp_path) as executors:
         assert executors.width == 2
         assert executors.run(os.getpid) != os.getpid()
+        sockets = listened(os.getpid()) - before
+        assert len(sockets) >= 3
+        assert {address for _, address, _ in sockets} == {"127.0.0.1"}
         with pytest.raises(StorageFailed) as refused:
             executors.run(refuse)
         with pytest.raises(WorkerLost, match="2 workers that did this were killed"):

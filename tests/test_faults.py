@@ -62,14 +62,6 @@ def lines(err: str) -> list[str]:
 # --- the process ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("words", [["kb", "list", "--data", "nowhere"], ["--huh"]])
-def test_exit_code(words):
-    """A command that fails leaves with an exit code, and all that it says is written, to a pipe, too."""
-    done = subprocess.run(pitchlore(*words), text=True, check=False, capture_output=True, timeout=SOON_S)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.strip()
-
-
 def test_leaves_at_once(tmp_path):
     """A command does not unwind threads that run on: those in compiled code would abort it."""
     script = """
@@ -293,7 +285,7 @@ def test_waiting_is_said(tmp_path, monkeypatch, caplog):
     assert done
 
 
-@pytest.mark.parametrize("words", [["sql", "select 1"], ["sql", "select 1", "--json"], ["kb", "list"]])
+@pytest.mark.parametrize("words", [["sql", "select 1"], ["sql", "select 1", "--json"]])
 def test_full_standard_output(finished, words):
     """Output that has no room is said in one line."""
     with Path("/dev/full").open("w") as full:

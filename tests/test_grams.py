@@ -153,18 +153,6 @@ class TestGrams:
             ([1, 11], 1, 0.75, 0.75**2, -3 / 32),
         ]
 
-    def test_by_match(self):
-        """Squares and products of whole matches tell how much their sums differ."""
-        table = situations(consecutive([1, 1, 1]))
-        one = sequence_of(table, None, 0.5, 0.25, 0.25, settings=GramSettings())
-        two = sequence_of(table, None, -0.5, 0.0, 0.0, settings=GramSettings())
-        columns = ["count", "value_sum", "match_square_sum", "match_product_sum", "match_count_square_sum"]
-        assert grams(one, 1).select(columns).row(0) == (3, 1.0, 1.0, 3.0, 9)
-        both = (6, 0.5, 1.25, 1.5, 18)
-        assert merge([grams(one, 1), grams(two, 1)]).select(columns).row(0) == both
-        named = [part.with_columns(match_id=pl.lit(name)) for part, name in ((one, "a"), (two, "b"))]
-        assert grams(pl.concat(named), 1).select(columns).row(0) == both, "of both matches at once"
-
     def test_places(self):
         """Places at the start are summed where they are known."""
         places = sequence_of(situations(consecutive([1, 1, 1]))).with_columns(

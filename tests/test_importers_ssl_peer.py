@@ -102,8 +102,8 @@ def refereed(data: bytes, table: pl.DataFrame) -> bytes:
 
 @pytest.fixture(scope="module", params=[False, True], ids=["2014", "legacy"])
 def written(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Written:
-    """The match by two cameras that capture at once, each other frame."""
-    table = pl.read_parquet(recording(SSL)).filter(pl.col("frame") % 2 == 0)
+    """The match by two cameras that capture at once, each fourth frame."""
+    table = pl.read_parquet(recording(SSL)).filter(pl.col("frame") % 4 == 0)
     if request.param:
         table = table.filter(pl.col("frame") < 2_000)
     data = write(tmp_path_factory.mktemp("ssl") / "peer.log", table, legacy=request.param)
@@ -149,7 +149,7 @@ def test_bodies_are_within_the_noise(written: Written) -> None:
 @pytest.mark.parametrize("written", [False], ids=["2014"], indirect=True)
 def test_with_a_game_controller(written: Written) -> None:
     """The same match as a table and as a log with a referee has the same goals, restarts and score."""
-    data = refereed(written.data, written.truth)
+    data = refereed(written.data, pl.read_parquet(recording(SSL)))
     log, other = read(open_source(data, "gc.log")), imported(SSL)
     assert [(m.info.home, m.info.away) for m in (log, other)] == [("TIGERs", "RoboCIn")] * 2
     assert log.info.settings["goals"] == {"from": "referee"}
@@ -160,5 +160,5 @@ def test_with_a_game_controller(written: Written) -> None:
     events = pl.col("event").is_in(["kick-off", "fault", "goal"]) & pl.col("note").ne("segment")
     ours, theirs = (match.referee.filter(events) for match in (log, other))
     assert ours["event"].to_list() == theirs["event"].to_list()
-    np.testing.assert_allclose(ours["t_ns"] / 1e9, theirs["t_ns"] / 1e9, atol=0.02)
+    np.testing.assert_allclose(ours["t_ns"] / 1e9, theirs["t_ns"] / 1e9, atol=0.05)  # a sample is 0.042 s
     assert ours["team"].null_count() == 0

@@ -1,4 +1,8 @@
-"""Listeners: each socket that a command listens to is on loopback, or a group that SECURITY.md names."""
+"""Listeners: each socket that a command listens to is on loopback, or a group that SECURITY.md names.
+
+Those of `serve`, of `server start` and of `--on dask:local:N` are looked at where tests start them (test_scheduled.py,
+test_server.py, test_cluster.py).
+"""
 
 import json
 import os
@@ -22,22 +26,18 @@ pytestmark = [pytest.mark.slow]
 
 #: Commands that listen: their words, how many sockets at least, and whether one more sends to any address and is not read.
 LISTENING = {
-    "--on dask:local:N": (("import", "derby.csv", "--on", "dask:local:1"), 3, False),
-    "serve": (("serve",), 1, False),
     "watch": (("watch", "ssl"), 4, False),
     "drive": (("drive", "--team", "static", "--as", "blue"), 1, True),
     "record --serve": (("record", "--serve", "vsss", "--minutes", "1"), 1, True),
 }
-#: Those that start what goes on without them.
-STARTING = ("server start", "notebooks")
+#: Those that start servers, or workers.
+STARTING = ("serve", "server start", "notebooks", "--on dask:local:N")
 
 
 @pytest.mark.parametrize("name", LISTENING)
-def test_loopback(name, tmp_path, derby):
+def test_loopback(name, tmp_path):
     """By default nobody on another machine reaches a command, but by a league's groups."""
     words, least, sends = LISTENING[name]
-    if name.startswith("--on"):
-        pytest.importorskip("distributed", reason="the extra dask is not installed")
     process = subprocess.Popen(pitchlore(*words, "--data", "data"), cwd=tmp_path, stderr=subprocess.PIPE, text=True,
                                stdout=subprocess.DEVNULL, env={**os.environ, "PREFECT_API_URL": ""})
     found = set()
@@ -63,17 +63,6 @@ def test_loopback(name, tmp_path, derby):
     assert far <= ({("udp", "0.0.0.0")} if sends else set()), found
     if name == "watch":
         assert {address for _, address, _ in found} == {"224.5.23.1", "224.5.23.2"}
-
-
-def test_server(call, tmp_path, monkeypatch):
-    """The server that stays is on loopback."""
-    monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    assert call("server", "start", "--data", tmp_path)[0] == 0
-    try:
-        record = json.loads(next(tmp_path.rglob("server.json")).read_text())
-        assert {(kind, address) for kind, address, _ in listened(record["pid"])} == {("tcp", "127.0.0.1")}
-    finally:
-        call("server", "stop", "--data", tmp_path)
 
 
 def test_pages():

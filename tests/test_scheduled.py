@@ -23,6 +23,7 @@ import yaml
 from conftest import ROOT, clip
 from support.processes import eventually
 from support.sessions import QUIET, migrated
+from support.sockets import listened
 from support.terminal import terminal
 
 from pitchlore.flows.server import Keeper, Process
@@ -77,7 +78,7 @@ def test_run_states(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.slow
 def test_serve_alone(tmp_path, monkeypatch, prefect_server, relayed):
-    """Without a server, serve starts one, does the runs that are due one by one, and takes the server with it."""
+    """Without a server, serve starts one on loopback, does the runs that are due one by one, and takes it along in the end."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     (tmp_path / "inbox").mkdir()
     clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
@@ -93,6 +94,7 @@ def test_serve_alone(tmp_path, monkeypatch, prefect_server, relayed):
             while not httpx.post(ask, json={}).is_success:  # while its database is busy, the server says 503
                 assert command.process.poll() is None
         command.until("policy version 1 is new")
+        assert {(kind, address) for kind, address, _ in listened(command.process.pid)} == {("tcp", "127.0.0.1")}
         while ": nothing new" not in command.text:
             # what a run starts looks like the run until it is another program
             eventually(lambda: sum("spawn_main" in line for line in command.left(0)) <= 1, seconds=0.5)

@@ -42,7 +42,7 @@ def test_seasons_at_once(together):
         assert growth.height == 6
         matches.append(games["match_id"].to_list())
     assert not set(matches[0]) & set(matches[1])
-    again = play_seasons(together, [season(1, SHORTER), season(2, SHORTER), season(2, SHORTER)], on="processes:2")
+    again = play_seasons(together, [season(1, SHORTER), season(2, SHORTER), season(2, SHORTER)], on="threads:1")
     assert (again.made, again.kept, again.failed) == ([], 2, {})
 
 

@@ -16,6 +16,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 import pytest
 from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
+from support.sockets import listened
 from support.terminal import terminal
 
 from pitchlore.flows import server
@@ -195,7 +196,7 @@ def test_stopped_start(uvicorn, data, end):
 def test_server_of_the_folder(data, tmp_path, monkeypatch, call):
     """Work is a flow where the data folder keeps a server, and none where that has died; its database and results are there.
 
-    A home of Prefect's that another version has migrated stops neither.
+    A home of Prefect's that another version has migrated stops neither. The server is on loopback.
     """
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     monkeypatch.setenv("PREFECT_HOME", str(tmp_path))
@@ -207,6 +208,7 @@ def test_server_of_the_folder(data, tmp_path, monkeypatch, call):
     kept = json.loads(out)
     assert code == 0
     assert named(data) == kept["api"]
+    assert {(kind, address) for kind, address, _ in listened(kept["pid"])} == {("tcp", "127.0.0.1")}
     with begin("run", "--data", data) as command:
         _, err = command.communicate(timeout=300)
     assert (command.returncode, [line for line in err.splitlines() if "━" not in line and line.strip()]) == (0, [])

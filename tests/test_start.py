@@ -88,6 +88,11 @@ def test_wrong_data_folder(call, tmp_path, words):
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def in_a_file(folder):
+    (folder / "match.csv").write_text("t,x\n")
+    return folder / "match.csv" / "data"
+
+
 def ring(folder):
     (folder / "one").symlink_to(folder / "two")
     (folder / "two").symlink_to(folder / "one")
@@ -104,6 +109,7 @@ def dangling(folder):
     (lambda folder: folder / os.fsdecode(b"bad\xff"), "is not UTF-8"),
     (lambda folder: folder / ("x" * 300), "cannot be used (File name too long)"),
     (dangling, "is not a folder"),
+    (in_a_file, "match.csv: is not a folder. Name the data folder with --data."),
     (ring, "cannot be used ("),
 ])
 def test_unfit_data_folder(call, tmp_path, path, said):
@@ -121,7 +127,7 @@ def test_unfit_data_folder(call, tmp_path, path, said):
     ("record", "--robots", "100000000"), ("record", "--minutes", "1e300"), ("record", "--seed", str(1 << 63)),
     ("evaluate", "--matches", str(10**12)), ("evaluate", "--on", "processes:10000"), ("evaluate", "--seed", str(1 << 63)),
     ("season", "--games", str(10**9)), ("paradigms", "--runs", str(10**9)), ("season", "--on", "everywhere"),
-    ("replay", "x", "-o", ""), ("forget", ""), ("serve", "--cron", "* * * * * *"),
+    ("replay", "x", "-o", ""), ("forget", ""), ("serve", "--cron", "* * * * * *"), ("serve", "--cron", "bad"),
 ], ids=" ".join)
 def test_unfit_numbers_and_names(call, finished, words):
     """A number that is too large, or an empty name, is one line of error, and nothing is done."""

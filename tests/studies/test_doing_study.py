@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doing.estimates
 import doing.study
+import doing.watched
 import numpy as np
 import polars as pl
 import pytest
@@ -71,11 +72,15 @@ def test_robots_do_what_is_drawn():
     assert found.change[drawn].tolist() != plain.seconds.change[:drawn.sum()].tolist()
 
 
-def test_the_study_runs(tmp_path, monkeypatch):
+def test_the_study_runs(tmp_path, monkeypatch, call):
     """A tiny study has the columns of the tables that are kept; a team without insertions is level with itself."""
-    monkeypatch.setattr(doing.study, "REPORTED", ("pressing",))
-    sizes = Sizes(both := dict.fromkeys(("static", "counter", "pressing"), 2), both, {"carried over": 1, "today": 1}, 240.0, 20)
+    for module, name, value in ((doing.study, "REPORTED", ("pressing",)), (doing.watched, "SUPPORT", 8), (doing.watched, "MOMENTS", 12)):
+        monkeypatch.setattr(module, name, value)
+    monkeypatch.setattr(doing.watched, "command", lambda *words: ended.append(call(*words)[0]))
+    ended: list[int] = []
+    sizes = Sizes(both := dict.fromkeys(("static", "counter", "pressing"), 2), both, {"carried over": 1, "today": 1}, 120.0, 20)
     doing.study.main(tmp_path, tmp_path / "data", sizes)
+    assert ended == [0] * 3
     for name in ("correlations", "seconds", "pairs", "inserted"):
         assert pl.read_csv(tmp_path / f"{name}.csv").columns == pl.read_csv(doing.study.FOLDER / f"{name}.csv").columns
     assert Inserted("static", {}, 60.0).ahead([3])["difference"].to_list() == [0.0]

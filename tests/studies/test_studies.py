@@ -13,7 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import current_thread, main_thread
 
 import ball_goals.study
-import fuzz.study
 import harness
 import paradigms.study
 import polars as pl
@@ -35,6 +34,7 @@ import values.study
 from conftest import ROOT, clip
 from scout import expected_goals, teams_apart
 from support.sessions import migrated
+from support.shown import FewTrees
 from world import game, rules, thousand
 
 from pitchlore.flows.server import Keeper, database
@@ -82,6 +82,12 @@ def commands_here(monkeypatch, call):
         monkeypatch.setattr(study, "command", command)
     for league in (scale.study.Bench, soak.league.League):
         monkeypatch.setattr(league, "call", answer)
+
+
+@pytest.fixture
+def few_trees(monkeypatch):
+    """Copies of runs that are called here are quickly fitted."""
+    monkeypatch.setattr("pitchlore.flows.commands.common.RunSettings", FewTrees)
 
 
 class TestParts:
@@ -195,7 +201,7 @@ def test_thousand(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_scouts(tmp_path, monkeypatch, commands_here, short_sample):
+def test_the_scouts(tmp_path, monkeypatch, commands_here, few_trees, short_sample):
     """Both studies of the scout, on the same matches, which are played once."""
     for study, name, value in (
             (teams_apart, "TEAMS", teams_apart.TEAMS[:3]), (teams_apart, "MINUTES", 1), (teams_apart, "SHUFFLES", 20), (expected_goals, "DEALS", 2),
@@ -255,7 +261,7 @@ def test_usual(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_scale(tmp_path, monkeypatch, commands_here):
+def test_scale(tmp_path, monkeypatch, commands_here, few_trees):
     """Both studies of scale; receipts that were written just now count, as they do where a run takes longer."""
     monkeypatch.setattr(outputs, "settled", lambda stamp: True)
     monkeypatch.setattr(scale.study, "QUESTIONS", {"one": "select count(*) from matches"})
@@ -358,6 +364,8 @@ def test_transfer(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # they are no findings
 def test_fuzz(tmp_path):
+    import fuzz.study  # it makes the recordings that it breaks, which takes a second
+
     before = signal.getsignal(signal.SIGALRM)
     try:
         assert fuzz.study.main(tmp_path, 2.0, 1) == 0

@@ -174,7 +174,7 @@ def _few_trees(**named: Any) -> Settings:
     return Settings(**{"knowledge": _FEW_TREES, **named})
 
 
-class _FewTrees(RunSettings):
+class FewTrees(RunSettings):
     """Settings of `pitchlore run`."""
 
     knowledge: KnowledgeSettings = _FEW_TREES
@@ -210,7 +210,7 @@ class Folder:
             from pitchlore.flows.cli import main
 
             with (chdir(self.root), patch.dict(os.environ, COLUMNS=str(WIDTH)), redirect_stdout(io.StringIO()) as said,
-                  patch("pitchlore.flows.commands.common.RunSettings", _FewTrees)):
+                  patch("pitchlore.flows.commands.common.RunSettings", FewTrees)):
                 try:
                     main(list(words[1:]))
                 except SystemExit as stop:
