@@ -160,8 +160,9 @@ def _print_answer(store: Store, report: RunReport, mine: str) -> None:
     """Print what went with winning and losing, and the names of the teams that it leaves out."""
     from pitchlore.pipeline.views.card import answer  # noqa: PLC0415 (it loads what --help does without)
 
+    refreshed = "catalogue catalog.duckdb" not in report.failures
     try:
-        said = answer(store, mine)
+        said = answer(store, mine, refreshed=refreshed)
     except NotFound as error:
         if str(error) not in report.failures.values():  # else it is printed
             raise

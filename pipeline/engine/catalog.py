@@ -123,7 +123,7 @@ def _bring_up_to_date(
     if known is not None and stands(known, records):
         return []
     if store.mirror is not None:
-        store.bring(receipts_of(store)[0], PUBLIC)
+        store.bring(receipts_of(store), PUBLIC)
     files, damaged, unread = look_over(store, known or {}, records, join=join)
     if files != known:
         of_groups = frozenset(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -21,7 +21,7 @@ from pitchlore.pipeline.store.outputs import RECEIPT
 from pitchlore.pipeline.store.parts import ClosedPart, Source
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import remedy_for
-from pitchlore.pipeline.store.receipts import FileRecord, Receipt
+from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
 from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed, settled, stamp_of
 
 _log = logging.getLogger(__name__)
@@ -46,6 +46,36 @@ class Vouched(NamedTuple):
     def error(self) -> CorruptFile:
         """The error if it is damaged."""
         return CorruptFile("is lost or damaged", where=self.path, next_step=remedy_for(self.receipt))
+
+
+class Named(NamedTuple):
+    """A file that a receipt or manifest names: of a league's hundreds of thousands, what a look needs.
+
+    Attributes:
+        noun: the stage.
+        name: the output.
+        version: the version that a manifest is of, None for a receipt.
+        current: whether the stage that made it has still the same version.
+        folder: the folder that ``path`` is relative to, in the data folder: "" or that of a version.
+        path, sha256, size, table, rows: as of :class:`pipeline.store.receipts.FileRecord`.
+    """
+
+    noun: str
+    name: str
+    version: int | None
+    current: bool
+    folder: str
+    path: str
+    sha256: str
+    size: int
+    table: str | None
+    rows: int | None
+
+    @property
+    def record(self) -> FileRecord:
+        """The file's stored record."""
+        return FileRecord(
+            path=self.path, sha256=self.sha256, size=self.size, table=self.table, rows=self.rows)
 
 
 class Look(NamedTuple):
@@ -90,35 +120,68 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     out, nouns = {(record.noun, record.name) for record in store.quarantined()}, STAGES.nouns(Per.MATCH)
     refused = {name for _, name in out}
     kept = {part.name: part for part in _untouched(known, there, records, refused, nouns)}
+    if join and len(_ended(records, nouns) - refused - _in_large(kept.values())) >= parts.SIZES[0]:
+        kept = {name: part for name, part in kept.items() if _is_large(part)}  # others are joined anew
     closed = {match for part in kept.values() for match in part.matches}
-    receipts, unread = receipts_of(store, closed)
-    whole, damaged = _whole_and_damaged(store, receipts, known)
-    table_of = _tables(out, receipts, closed)
+    named, matches, unread = _named(store, closed)
+    whole, damaged = _whole_and_damaged(store, named, known)
+    table_of = _tables(out, matches | closed)
     sources = _sources(whole, table_of, refused | {file.receipt.name for file in damaged})
     files = {path: file for path, file in known.items() if file.part in kept}
     part_of: dict[str, str] = {}
-    others = _standing(store, [part for part in there if part.name not in kept], sources, known, join=join)
+    young = [part for part in there if part.name not in kept]
+    others = _standing(store, young, sources, known)
+    new = _joined(store, others, sources) if join else []
     if join:
-        parts.remove_unnamed(store, [*kept.values(), *others])
-    for each in others:
+        parts.remove_unnamed(store, [*kept.values(), *others, *new])
+    for each in [*(part for part in others if _in_large(new).isdisjoint(part.matches)), *new]:
         part_of |= dict.fromkeys(each.matches, each.name)
         files |= _listed(store, each)
-    for file in whole:
-        part = part_of.get(file.receipt.name, "") if file.receipt.noun in nouns else ""
-        files[file.path] = Listed("" if part else table_of(file), file.seen, part)
+    for path, (file, seen) in whole.items():
+        part = part_of.get(file.name, "") if file.noun in nouns else ""
+        files[path] = Listed("" if part else table_of(file), seen, part)
     if not damaged and not unread:
         files |= {path: Listed(RECORD, seen, part_of.get(_match_of(path, nouns), ""))
                   for path, seen in records.items() if path not in files}
     return Look(files, damaged, unread)
 
 
-def receipts_of(store: Store, without: Collection[str] = ()) -> tuple[list[Receipt], list[CorruptFile]]:
-    """Receipts and manifests at one moment, but receipts of some names; and errors of damaged ones."""
+def receipts_of(store: Store) -> list[Receipt]:
+    """Receipts and manifests that can be read, at one moment."""
     with store.snapshot():
-        every = [found for noun in STAGES.receipted for _, found in store.tried(noun, without)]
-        every += [found for noun in STAGES.versioned for _, found in store.tried_versions(noun)]
-    return ([found for found in every if isinstance(found, Receipt)],
-            [found for found in every if isinstance(found, CorruptFile)])
+        return [found for found in _tried(store, ()) if isinstance(found, Receipt)]
+
+
+def _tried(store: Store, without: Collection[str]) -> Iterator[Receipt | CorruptFile]:
+    """Receipts and manifests, but receipts of some names; and errors of damaged ones."""
+    for noun in STAGES.receipted:
+        yield from (found for _, found in store.tried(noun, without))
+    for noun in STAGES.versioned:
+        yield from (found for _, found in store.tried_versions(noun))
+
+
+def _named(
+    store: Store, without: Collection[str]
+) -> tuple[list[Named], set[str], list[CorruptFile]]:
+    """The files that receipts and manifests name at one moment, but receipts of some names.
+
+    Returns:
+        The files; the matches that are there; the errors of damaged receipts and manifests.
+    """
+    files, matches, errors = list[Named](), set[str](), list[CorruptFile]()
+    with store.snapshot():
+        for found in _tried(store, without):
+            if isinstance(found, CorruptFile):
+                errors.append(found)
+                continue
+            if found.noun == "matches":
+                matches.add(found.name)
+            version = found.version if isinstance(found, Manifest) else None
+            folder = "" if version is None else str(store.folder(found).relative_to(store.root))
+            current = found.versions.get(found.noun) == STAGES[found.noun].version
+            files += [Named(found.noun, found.name, version, current, folder, record.path, record.sha256,
+                            record.size, record.table, record.rows) for record in found.files.values()]
+    return files, matches, errors
 
 
 def records_of(store: Store) -> dict[str, Glance]:
@@ -204,38 +267,52 @@ def _match_of(path: str, nouns: Collection[str]) -> str:
 
 
 def _whole_and_damaged(
-    store: Store, receipts: Iterable[Receipt], known: Listing
-) -> tuple[list[Vouched], list[Vouched]]:
-    """The files of receipts and manifests, checked unless the catalogue has them as they are."""
-    found: tuple[list[Vouched], list[Vouched]] = [], []
-    root = store.root.resolve()
-    for receipt in receipts:
-        folder = store.folder(receipt)
-        resolved = root / folder.relative_to(store.root) if folder != store.root else root
-        for record in receipt.files.values():
-            path = f"{resolved}/{record.path}"
-            seen = glance(path)
-            whole = _is_whole(store, record, folder, known.get(path), seen)
-            found[0 if whole else 1].append(Vouched(receipt, path, record, seen))
-    store.suspect = frozenset(store.folder(file.receipt) / file.record.path for file in found[1])
-    return found
+    store: Store, named: Iterable[Named], known: Listing
+) -> tuple[dict[str, tuple[Named, Glance]], list[Vouched]]:
+    """The whole files, by path, each with the glance at it, and the damaged or lost ones.
+
+    They are checked unless the catalogue has them as they are.
+    """
+    whole: dict[str, tuple[Named, Glance]] = {}
+    damaged, root = list[Vouched](), store.root.resolve()
+    for file in named:
+        path = f"{root / file.folder}/{file.path}"
+        seen = glance(path)
+        if _is_whole(store, file, store.root / file.folder, known.get(path), seen):
+            whole[path] = file, seen
+        elif (receipt := _receipt_of(store, file)) is not None:
+            damaged.append(Vouched(receipt, path, file.record, seen))
+    store.suspect = frozenset(store.folder(file.receipt) / file.record.path for file in damaged)
+    return whole, damaged
 
 
-def _is_whole(store: Store, record: FileRecord, folder: Path, known: Listed | None, seen: Glance) -> bool:
+def _receipt_of(store: Store, file: Named) -> Receipt | None:
+    """The receipt or manifest that names a file, None if it is no longer there."""
+    if file.version is None:
+        return store.receipt(file.noun, file.name)
+    return store.manifest(file.noun, file.version)
+
+
+def _is_whole(
+    store: Store, file: Named | FileRecord, folder: Path, known: Listed | None, seen: Glance
+) -> bool:
     """True if a file is as the catalogue has it, or byte for byte what was written."""
-    return (known is not None and seen is not None and known.seen == seen) or store.whole(record, folder)
+    if known is not None and seen is not None and known.seen == seen:
+        return True
+    return store.whole(file.record if isinstance(file, Named) else file, folder)
 
 
-def _tables(
-    out: Collection[tuple[str, str]], receipts: Iterable[Receipt], closed: Collection[str]
-) -> Callable[[Vouched], str]:
+def _tables(out: Collection[tuple[str, str]], there: set[str]) -> Callable[[Named], str]:
     """The table whose rows a file has, "" for none.
 
     A removed match has no rows. A match or group in quarantine has no rows of the stage that refused it or of
     later stages: such rows would come from other settings than those of the other matches.
+
+    Args:
+        out: nouns and names in quarantine.
+        there: the matches that are there.
     """
     names = {tag: name for name, schema in parts.JOINED.items() for tag in schema.readable()}
-    there = {receipt.name for receipt in receipts if receipt.noun == "matches"}.union(closed)
     standing: dict[str, set[str]] = {}
     refused: dict[str, set[str]] = {}
     gone = set[str]()
@@ -246,39 +323,37 @@ def _tables(
         else:
             refused[noun] = gone
 
-    def table_of(file: Vouched) -> str:
-        receipt, record = file.receipt, file.record
-        noun, name = receipt.noun, receipt.name
-        shown = record.rows and name in standing.get(noun, {name}) and name not in refused.get(noun, ())
-        if noun in refused and name in there and receipt.versions.get(noun) != STAGES[noun].version:
+    def table_of(file: Named) -> str:
+        noun, name = file.noun, file.name
+        shown = file.rows and name in standing.get(noun, {name}) and name not in refused.get(noun, ())
+        if noun in refused and name in there and not file.current:
             shown = False  # once, decisions had an output for each match
-        return names.get(record.table or "", "") if shown else ""
+        return names.get(file.table or "", "") if shown else ""
 
     return table_of
 
 
 def _sources(
-    whole: Iterable[Vouched], table_of: Callable[[Vouched], str], without: Collection[str]
+    whole: Mapping[str, tuple[Named, Glance]], table_of: Callable[[Named], str], without: Collection[str]
 ) -> dict[str, list[Source]]:
     """The files with rows of each match that has been through all its stages, in the order of the stages."""
     nouns = STAGES.nouns(Per.MATCH)
     found: dict[str, list[Source]] = {}
     complete = set[str]()
-    for file in whole:
-        receipt = file.receipt
-        if receipt.noun in nouns and receipt.name not in without:
-            if receipt.noun == nouns[-1]:
-                complete.add(receipt.name)
+    for file, _ in whole.values():
+        if file.noun in nouns and file.name not in without:
+            if file.noun == nouns[-1]:
+                complete.add(file.name)
             if table := table_of(file):
-                found.setdefault(receipt.name, []).append(Source(table, receipt))
+                found.setdefault(file.name, []).append(
+                    Source(table, file.noun, file.name, file.path, file.sha256, file.size))
     return {match: found[match] for match in sorted(complete & found.keys())}
 
 
 def _standing(
-    store: Store, there: Iterable[ClosedPart], sources: Mapping[str, list[Source]], known: Listing, *,
-    join: bool,
+    store: Store, there: Iterable[ClosedPart], sources: Mapping[str, list[Source]], known: Listing
 ) -> list[ClosedPart]:
-    """The parts that stand, by the files that are there. The others are dropped; new ones may be made."""
+    """The parts that stand, by the files that are there. The others are dropped."""
     found, root = list[ClosedPart](), store.root.resolve()
     for part in there:
         joined = ((record, f"{root}/{record.path}") for record in part.files.values())
@@ -287,17 +362,48 @@ def _standing(
             found.append(part)
         elif not store.closed:
             parts.drop_part(store, part)
-    closed = {match for part in found for match in part.matches}
-    young = [match for match in sources if match not in closed]
-    if join:
-        together = [{match: sources[match] for match in young[i:i + parts.MATCHES]}
-                    for i in range(0, len(young) - parts.MATCHES + 1, parts.MATCHES)]
-        try:
-            with ThreadPoolExecutor(os.cpu_count()) as pool:  # compressing releases the GIL
-                found.extend(pool.map(partial(parts.join_matches, store), together))
-        except StorageFailed as error:  # questions take longer without
-            _log.warning("Matches could not be joined: %s", error)
     return found
+
+
+def _joined(
+    store: Store, there: Collection[ClosedPart], sources: Mapping[str, list[Source]]
+) -> list[ClosedPart]:
+    """Join the matches that are in no large part, as large parts; the rest of the young ones as small parts.
+
+    Small parts of which a large one is made stay until the next look, for who reads them now.
+    """
+    kept = _in_large(there)
+    left = [match for match in sources if match not in kept]
+    large = _groups(left, parts.SIZES[0])
+    again = {match for group in large for match in group}
+    kept |= again.union(*(part.matches for part in there if again.isdisjoint(part.matches)))
+    small = _groups([match for match in left if match not in kept], parts.SIZES[1])
+    together = [{match: sources[match] for match in group} for group in (*large, *small)]
+    try:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:  # compressing releases the GIL
+            return list(pool.map(partial(parts.join_matches, store), together))
+    except StorageFailed as error:  # questions take longer without
+        _log.warning("Matches could not be joined: %s", error)
+        return []
+
+
+def _groups(matches: Sequence[str], size: int) -> list[Sequence[str]]:
+    """As many groups of a size as there are."""
+    return [matches[i:i + size] for i in range(0, len(matches) - size + 1, size)]
+
+
+def _is_large(part: ClosedPart) -> bool:
+    return len(part.matches) >= parts.SIZES[0]
+
+
+def _in_large(there: Iterable[ClosedPart]) -> set[str]:
+    """The matches of large parts."""
+    return {match for part in there if _is_large(part) for match in part.matches}
+
+
+def _ended(records: Mapping[str, Glance], nouns: Sequence[str]) -> set[str]:
+    """The matches that have been through all their stages, by their receipts."""
+    return {_match_of(path, nouns[-1:]) for path in records} - {""}
 
 
 def _listed(store: Store, part: ClosedPart) -> Listing:

@@ -29,8 +29,9 @@ from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, written_as
 from pitchlore.pipeline.store.temporaries import sweep
 from pitchlore.schemas import PUBLIC, Choices, Sequences, Table
 
-#: Matches of a part. A question opens a file for each part, and one for each match that is in none.
-MATCHES = 256
+#: Matches of a part, the most first: small parts are joined anew as large ones. A question opens a file for
+#: each part, and one for each match that is in none.
+SIZES = (256, 16)
 #: Tables that are joined: public ones, and those that stages read of all matches.
 JOINED: Mapping[str, type[Table]] = PUBLIC | {table.NAME: table for table in (Sequences, Choices)}
 #: The folder of parts, in a data folder.
@@ -44,16 +45,30 @@ class Source(NamedTuple):
 
     Attributes:
         table: the table.
-        receipt: the receipt that names the file.
+        noun: the stage that made it.
+        match: the match.
+        path, sha256, size: as of :class:`pipeline.store.receipts.FileRecord`.
     """
 
     table: str
-    receipt: Receipt
+    noun: str
+    match: str
+    path: str
+    sha256: str
+    size: int
+
+    @classmethod
+    def of(cls, receipt: Receipt, table: str) -> Source:
+        """The file of a table that a receipt names."""
+        record = receipt.files[table]
+        return cls(table, receipt.noun, receipt.name, record.path, record.sha256, record.size)
 
     @property
-    def record(self) -> FileRecord:
-        """The file."""
-        return self.receipt.files[self.table]
+    def receipt(self) -> Receipt:
+        """A receipt that says no more than the file."""
+        record = FileRecord(path=self.path, sha256=self.sha256, size=self.size)
+        return Receipt(noun=self.noun, name=self.match, key="", inputs={}, settings={}, versions={},
+                       software="", files={self.table: record})
 
 
 class ClosedPart(Frozen):
@@ -84,7 +99,7 @@ def members_of(sources: Sequence[Source]) -> str:
     """Digest of the names of files, and of the version that their tables are joined in."""
     tags = {name: schema.tag() for name, schema in JOINED.items()}
     return digest(canonical([
-        [tags[source.table], source.record.path, source.record.sha256] for source in sources]))[:16]
+        [tags[source.table], source.path, source.sha256] for source in sources]))[:16]
 
 
 def closed_parts(store: Reading) -> Iterator[ClosedPart]:
@@ -146,15 +161,15 @@ def read_joined(
     """
     left = {receipt.name: receipt for receipt in receipts if schema.NAME in receipt.files}
     for part in closed_parts(store) if schema.NAME in JOINED and len(left) > 1 and not store.mirror else ():
-        own = [Source(schema.NAME, left[match]) for match in part.matches if match in left]
-        own = [each for each in own if each.record.rows]
+        own = [Source.of(left[match], schema.NAME) for match in part.matches
+               if match in left and left[match].files[schema.NAME].rows]
         record = part.files.get(schema.NAME)
         if record is not None and record.path == _path(schema, own):
             with suppress(OSError):
                 data = whole(store.root / record.path)
                 count_read(len(data))
                 if digest(data) == record.sha256:
-                    left = {name: left[name] for name in left.keys() - {each.receipt.name for each in own}}
+                    left = {name: left[name] for name in left.keys() - {each.match for each in own}}
                     yield from_parquet(data, schema, where=record.path)
     yield from store.batches((left[name] for name in sorted(left)), schema.NAME, schema)
 

@@ -64,9 +64,15 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
             table.
         KeyboardInterrupt: as it came; DuckDB has stopped working then.
     """
-    with _guarded(path, sql) as connection:
+    (rows,) = ask_each(path, [sql], parameters)
+    return rows
+
+
+def ask_each(path: Path, queries: Sequence[str], parameters: Sequence[object] = ()) -> list[pl.DataFrame]:
+    """The rows of some queries with the same parameters; a connection is made once. See :func:`ask`."""
+    with _guarded(path, " ".join(queries)) as connection:
         try:
-            return _interruptible(connection, lambda: _rows(connection, sql, parameters))
+            return _interruptible(connection, lambda: [_rows(connection, sql, parameters) for sql in queries])
         except duckdb.Error as error:
             raise _refused(error) from error
 

@@ -13,9 +13,10 @@ from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.base.text import did_you_mean, number_of
 from pitchlore.pipeline.base.toml import Frozen
-from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.catalog import is_there
+from pitchlore.pipeline.store.query import ask_each
 from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_of
 from pitchlore.pipeline.views.few_goals import few_goals
 from pitchlore.pipeline.views.scout.changes import Change, change_of_count
@@ -31,25 +32,31 @@ BEFORE_S, AFTER_S = 2.5, 3.0
 _NEWEST = """
     select home, away, kind from matches where kind is not null
     order by started_at desc nulls last, match_id desc limit 1"""
-_OF_KIND = """
-    select match_id from matches where kind = ? order by started_at desc nulls last, match_id desc limit 1"""
+_TEAMS = "select distinct team, kind from sides order by all"
+#: The queries of cards, of the teams whose names are in a list; each has columns team and kind.
+_ANSWERS = "from answers where team in (select unnest(?)) and says <> 'too few'"
 _EACH = """
-    select m.match_id, m.duration_s, m.started_at, a.act, count(a.act) as n
+    select s.team, s.kind, m.match_id, m.duration_s, m.started_at, a.act, count(a.act) as n
     from matches m join sides s using (match_id)
     left join acts a on a.match_id = s.match_id and a.team = s.side
-    where s.team = ? and s.kind = ? group by all order by m.started_at nulls first, m.match_id"""
+    where s.team in (select unnest(?)) group by all order by m.started_at nulls first, m.match_id"""
 _GOALS = """
-    select count(*) filter (g.team = s.side), count(*) filter (g.team <> s.side)
-    from goals g join sides s using (match_id) where s.team = ? and s.kind = ?"""
+    select s.team, s.kind, count(*) filter (g.team = s.side) as scored,
+      count(*) filter (g.team <> s.side) as conceded
+    from goals g join sides s using (match_id) where s.team in (select unnest(?)) group by all"""
 #: By role, act and place of a team, the act after which V changed most in the way of their sum.
 _SHOWN = """
     with each as (
-      select a.*, (a."after" - a."before" - a.usual)::decimal(12, 9) as worth
-      from acts a join sides s on s.match_id = a.match_id and s.side = a.team where s.team = ? and s.kind = ?
-    ), summed as (select *, sum(worth) over (partition by role, act, place) as total from each)
-    select role, act, place, match_id, team, robot, t_ns from summed where worth is not null
+      select s.team, s.kind, a.role, a.act, a.place, a.match_id, a.team as side, a.robot, a.t_ns,
+        (a."after" - a."before" - a.usual)::decimal(12, 9) as worth
+      from acts a join sides s on s.match_id = a.match_id and s.side = a.team
+      where s.team in (select unnest(?))
+    ), summed as (
+      select *, sum(worth) over (partition by team, kind, role, act, place) as total from each
+    )
+    select * exclude (worth, total) from summed where worth is not null
     qualify row_number() over (
-      partition by role, act, place order by sign(total) * worth desc, match_id, t_ns) = 1"""
+      partition by team, kind, role, act, place order by sign(total) * worth desc, match_id, t_ns) = 1"""
 
 
 class Sentence(NamedTuple):
@@ -111,20 +118,28 @@ class Answer(Frozen):
     new: bool = False
 
 
-def answer(store: Store, mine: str = "") -> Answer:
+def answer(store: Store, mine: str = "", *, refreshed: bool = False) -> Answer:
     """The end of a run; one that was made from the same catalogue is read from the data folder.
 
-    For arguments and errors see :func:`cards`.
+    Args:
+        store: the data folder.
+        mine: the team's name; empty: the teams of the newest match.
+        refreshed: whether its catalogue has just been brought up to date.
+
+    Raises:
+        NotFound: if no team has that name.
     """
-    path, _ = refresh(store)
+    path = catalog_path(store)
+    if not (refreshed and is_there(path)):
+        refresh(store)
     catalogue = stamp_of(str(path)) if path.exists() else "in memory"
     source = f"{RELEASE} {digest(Path(__file__).read_bytes())} {mine!r} {catalogue}"
     kept = read_cache(store.root / NAME, Answer)
     if kept is not None and kept.source == source and path.exists():
         return kept
-    told = cards(store, mine)
-    teams = [team for (team,) in ask(path, "select distinct team from sides order by team").iter_rows()]
-    others = [team for team in teams if team not in {card.team for card in told}]
+    told, teams = _cards(store, path, mine)
+    others = [team for team in dict.fromkeys(team for team, _ in teams)
+              if team not in {card.team for card in told}]
     made = Answer(source=source, cards=told, others=(others[:_NAMED], len(others[_NAMED:])))
     if not store.closed:
         store.keep(store.root / NAME, sealed(made))
@@ -142,8 +157,14 @@ def cards(store: Store, mine: str = "") -> list[Card]:
         NotFound: if no team has that name.
     """
     catalogue, _ = refresh(store)
+    return _cards(store, catalogue, mine)[0]
+
+
+def _cards(store: Store, catalogue: Path, mine: str) -> tuple[list[Card], list[tuple[str, str]]]:
+    """The cards, and names and leagues of all teams, sorted."""
+    newest, every = ask_each(catalogue, [_NEWEST, _TEAMS])
+    known: list[tuple[str, str]] = every.rows()
     if mine:
-        known = ask(catalogue, "select distinct team, kind from sides order by all").rows()
         teams = [team for team in known if team[0] == mine]
         if not teams:
             names = list(dict.fromkeys(name for name, _ in known))
@@ -151,26 +172,31 @@ def cards(store: Store, mine: str = "") -> list[Card]:
             raise NotFound(f"no team of the league has this name{there}", where=mine, next_step=(
                 "`pitchlore sql \"select distinct team from sides\"` lists them"))
     else:
-        newest = ask(catalogue, _NEWEST).rows(named=True)
-        teams = [(row[side], row["kind"]) for row in newest for side in ("home", "away")]
-    cards = [_card(catalogue, *team) for team in dict.fromkeys(teams)]
-    last = {it.kind: ask(catalogue, _OF_KIND, [it.kind])["match_id"].to_list() for it in cards}
-    values = {kind: made for kind, names in last.items()
-              if names and (made := store.receipt("values", names[0])) is not None}
-    few = few_goals(store, values)
-    return [card._replace(few=few.get(card.kind, "")) for card in cards]
+        rows = newest.rows(named=True)
+        teams = list(dict.fromkeys((row[side], row["kind"]) for row in rows for side in ("home", "away")))
+    names = list(dict.fromkeys(name for name, _ in teams))
+    tables = ask_each(catalogue, [_ANSWERS, _GOALS, _SHOWN, _EACH], [names]) if teams else []
+    of_team = {(team, kind): [table.filter(team=team, kind=kind) for table in tables] for team, kind in teams}
+    last = {kind: str(own[-1]["match_id"][-1]) for (_, kind), own in of_team.items()}
+    few = few_goals(store, {kind: made for kind, match in last.items()
+                            if (made := store.receipt("values", match)) is not None})
+    return [_card(*team, *own)._replace(few=few.get(team[1], "")) for team, own in of_team.items()], known
 
 
-def _card(catalogue: Path, team: str, kind: str) -> Card:
-    found = ask(catalogue, "from answers where team = ? and kind = ? and says <> 'too few'", [team, kind])
-    found = found.sort(pl.col("effect").abs(), "role", "act", "place", descending=[True, False, False, False])
-    ((scored, conceded),) = ask(catalogue, _GOALS, [team, kind]).rows()
-    shown = {clip[:3]: clip[3:] for clip in ask(catalogue, _SHOWN, [team, kind]).iter_rows()}
+def _card(
+    team: str, kind: str, answers: pl.DataFrame, goals: pl.DataFrame, clips: pl.DataFrame,
+    counts: pl.DataFrame,
+) -> Card:
+    """The card of a team, by its own rows of the queries."""
+    found = answers.sort(
+        pl.col("effect").abs(), "role", "act", "place", descending=[True, False, False, False])
+    ((scored, conceded),) = goals.select("scored", "conceded").rows() or [(0, 0)]
+    shown = {clip[:3]: clip[3:] for clip in clips.drop("team", "kind").iter_rows()}
     wins, loses = (
         [_sentence(row, shown[row["role"], row["act"], row["place"]], scored if sign > 0 else conceded)
          for row in found.filter(sign * pl.col("effect") > 0).head(SENTENCES).iter_rows(named=True)]
         for sign in (1, -1))
-    return Card(team, kind, wins, loses, _changed(catalogue, team, kind))
+    return Card(team, kind, wins, loses, _changed(counts))
 
 
 def _sentence(row: dict[str, Any], shown: tuple[str, str, int, int], of: int) -> Sentence:
@@ -190,9 +216,8 @@ def often(each_match: float) -> str:
     return f"{10 * each_match:.0f} times in ten matches"
 
 
-def _changed(catalogue: Path, team: str, kind: str) -> list[str]:
+def _changed(counts: pl.DataFrame) -> list[str]:
     """Acts that the newest match has more or less of than chance gives after the matches before it."""
-    counts = ask(catalogue, _EACH, [team, kind])
     lasts = dict(counts.select("match_id", "duration_s").iter_rows())
     if len(lasts) < 2:
         return []
