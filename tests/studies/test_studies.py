@@ -385,6 +385,9 @@ def test_judge_of_the_soak():
     assert judge.lacking([live], standing, "goals.kept.json") == ["a smaller answer without a word: matches of kept"]
     assert len(judge.lacking([*whole, live], {*standing, ("matches", "other"), ("goals", "other")})) == 2
     assert judge.wrong([("matches", "kept", 1, "x")]) == ["wrong rows: matches of kept, 1"]
+    less = [row for row in whole if row[0] != "situations"]
+    assert judge.wrong(less) == ["goals of kept without its situations"]
+    assert judge.wrong(less, said="left out: /league/situations/kept.receipt.json: is not what was written") == []
 
 
 @pytest.mark.slow

@@ -345,7 +345,7 @@ class Soak:
         quarantined: str = "",
     ) -> None:
         """Find what is wrong with an answer, and what one of now lacks though nothing was ``said``."""
-        wrong = judge.wrong(answer, of_now=standing is not None)
+        wrong = judge.wrong(answer, of_now=standing is not None, said=said)
         self.note(f"{who}: answers{' that say what they lack' if said else ''}", said.strip()[:200])
         self.counts[f"{who}: rows"] += len(answer)
         if not said and standing is not None:

@@ -63,12 +63,13 @@ class Judge:
         self._versions: dict[str, tuple[int, str]] = {}
         self._lock = Lock()
 
-    def wrong(self, answer: Iterable[Row], *, of_now: bool = True) -> list[str]:
+    def wrong(self, answer: Iterable[Row], *, of_now: bool = True, said: str = "") -> list[str]:
         """Faults of an answer; none, if it is of one state that the folder can have had.
 
         A match's rows are all there and no others; what a table is made from is there with it, unless the
-        answer is not ``of_now``: the catalogue may have been made while a file was damaged. A version of
-        the knowledge has the rows that it had when it was first seen.
+        answer is not ``of_now``: the catalogue may have been made while a file was damaged; or what was
+        ``said`` on standard error names it as left out. A version of the knowledge has the rows that it had
+        when it was first seen.
         """
         found, there = [], set()
         for kind, name, many, content in answer:
@@ -85,7 +86,8 @@ class Judge:
                 found.append(f"wrong rows: {kind} of {name}, {many}")
         found += [f"{kind} of {name} without its {source}" for kind, name in sorted(there)
                   for source in MADE_FROM[kind]
-                  if of_now and (source, name) in self._truth and (source, name) not in there]
+                  if of_now and (source, name) in self._truth and (source, name) not in there
+                  and f"/{source}/{name}" not in said]
         return found
 
     def lacking(self, answer: Iterable[Row], standing: Standing, quarantined: str = "") -> list[str]:
