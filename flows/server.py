@@ -241,11 +241,22 @@ class Keeper:
         self.results = None if os.environ.get("PREFECT_API_URL") else self.folder / "results"
 
     def look(self) -> Kept | None:
-        """Record of the server that was started last and not stopped; it may have died (``answers``)."""
+        """Record of the server that was started last and not stopped; it may have died (``answers``).
+
+        Raises:
+            ServerFailed: if there is a record that cannot be read, or is damaged.
+        """
         try:
             return Kept.model_validate_json(self._record.read_bytes())
-        except (OSError, ValidationError):
+        except (FileNotFoundError, NotADirectoryError):
             return None
+        except OSError as error:
+            raise ServerFailed(f"cannot be read ({error.strerror or error}), so a server may run",
+                               where=str(self._record), next_step=(
+                "Let this user read it, or call the command as its owner")) from error
+        except ValidationError as error:
+            raise ServerFailed("is damaged, so a server may run", where=str(self._record), next_step=(
+                "End the server of this folder, if one runs, and remove the file")) from error
 
     @property
     def alive(self) -> Kept | None:

@@ -158,6 +158,7 @@ def test_of_some_matches(league, written):
     ((ID, "nobody"), r"nobody: no match with decisions is called so \(there are: derby-"),
     (("derby",), "derby: is no id of a Minari dataset. Name it NAME-v0"),
     (("../up-v0",), "is no id of a Minari dataset"),
+    (("x" * 100_000,), "x…: is no id of a Minari dataset"),
 ])
 def test_errors(written, words, said):
     code, out, err = written(*words)

@@ -11,8 +11,11 @@ from support.outputs import put_goal
 import pitchlore
 from pitchlore.flows.cli import COMMANDS
 from pitchlore.flows.commands.common import UserPath
+from pitchlore.pipeline.base.errors import PitchloreError
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.atomic import aside
+from pitchlore.pipeline.store.paths import named_path
 
 ASKED = "select robot from goals"
 
@@ -49,6 +52,13 @@ def test_no_such_home(here, call):
     assert call("import", "x.csv", "--data=~no-such-user/league") == (1, "", (
         "pitchlore: ~no-such-user/league: there is no such user's home. Write ./~no-such-user/league, if it is here.\n"))
     assert "no-such-user" not in str([*here.parent.rglob("*")])
+
+
+@pytest.mark.parametrize(("path", "said"), [("a\0b.html", "has a NUL in its path"), ("x" * 300, "File name too long")])
+def test_no_such_path(here, path, said):
+    """A path that no system takes is an error of ours, whoever reads or writes it."""
+    with pytest.raises(PitchloreError, match=said):
+        aside(named_path(path)).__enter__()
 
 
 def test_every_path_of_the_command_line():

@@ -108,13 +108,14 @@ def test_the_table_of_import_says_so(call, tmp_path: Path) -> None:
     assert "no robot has a heading" in out
 
 
-def test_loading_that_fails(monkeypatch) -> None:
+@pytest.mark.parametrize("error", [ImportError("cannot import name 'njit' from partially initialized module 'numba'"), KeyboardInterrupt()])
+def test_loading_that_fails(monkeypatch, error) -> None:
     """A module that is loaded ahead fails without a word: who asks for it meets the same error. Ctrl-C had shown a traceback."""
     began, failed = threading.Event(), list[object]()
 
     def fail(_: MatchLog) -> None:
         began.set()
-        raise ImportError("cannot import name 'njit' from partially initialized module 'numba'")
+        raise error
 
     monkeypatch.setattr(recognised, "_poor", fail)
     monkeypatch.setattr(threading, "excepthook", failed.append)

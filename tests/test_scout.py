@@ -13,6 +13,7 @@ from conftest import clip
 from support.handmade import derived, handmade
 from support.league import HOSTILE, bring, gallery
 from support.recordings import RSIM, imported
+from test_unreadable import DAMAGED
 
 from pitchlore.pipeline.engine.catalog import forget_match, refresh
 from pitchlore.pipeline.engine.matches import take_in
@@ -257,6 +258,20 @@ def test_list_of_pages_is_broken(store, tmp_path, said):
     folder = Folder(store, tmp_path)
     assert folder.missing({"index.html": "k"}) == ["index.html"]
     assert folder.known("index.html", "k") is None
+
+
+def test_damaged_pages(store, tmp_path):
+    """A page whose bytes are no more those that were written does not stand."""
+    names = ["whole.html", *(f"{kind}.html" for kind in DAMAGED)]
+    folder = Folder(store, tmp_path)
+    for name in names:
+        folder.write(name, "k", b"page of " + name.encode())
+    folder.close()
+    for kind, damage in DAMAGED.items():
+        damage(tmp_path / f"{kind}.html")
+    folder = Folder(store, tmp_path)
+    assert folder.missing(dict.fromkeys(names, "k")) == names[1:]
+    assert folder.kept == 1
 
 
 def test_list_of_pages_is_hostile(store, tmp_path):

@@ -14,6 +14,7 @@ from contextlib import closing
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
+from support.closed import as_user
 from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
 from support.sockets import listened
@@ -93,14 +94,20 @@ def test_two_starts(uvicorn, data, call):
 
 @pytest.mark.parametrize("spoil", [
     lambda folder: folder.write_text(""), lambda folder: folder.symlink_to("nothing"), lambda folder: (folder / ".lock").mkdir(parents=True),
+    lambda folder: (folder / "server.json").mkdir(parents=True), lambda folder: (folder.mkdir(), (folder / "server.json").write_text("{")),
 ])
 @pytest.mark.parametrize("words", [("server", "start"), ("server", "status"), ("server", "stop")])
 def test_unfit_folder(data, spoil, words, call):
-    """A `server` in the data folder that is no folder of a server is one line of error, or no server."""
+    """A `server` in the data folder that is no folder of a server is one line of error, or no server; a record that cannot be read is an error."""
     spoil(data / "server")
     code, out, err = call(*words, "--data", data)
     assert "Unexpected" not in err
-    if words[1] == "start":
+    if (data / "server" / "server.json").exists():
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert "so a server may run" in err
+        assert "so a server may run" in call("run", "--data", data)[2]
+        (data / "server" / "server.json").rename(data / "spoilt")  # else the fixture could not stop it
+    elif words[1] == "start":
         assert (code, out) == (1, "")
         assert "cannot be used (" in err
     else:
@@ -233,6 +240,21 @@ def test_closed_folder(tmp_path, monkeypatch):
     assert [folder.parent for folder in folders] == [tmp_path / "state" / "pitchlore"] * 2
     assert len(set(folders)) == 2
     assert all(folder.name.startswith("league-") for folder in folders)
+
+
+def test_serve_in_a_closed_folder(data, tmp_path, monkeypatch, call):
+    """A folder in which nothing can be written is not served: each run would fail."""
+    def begun(*_: object, **__: object) -> Process:
+        raise ServerFailed("begun")
+
+    monkeypatch.setattr(server, "Process", begun)
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # as the system says to a user who is not root
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    data.chmod(0o555)
+    with as_user():
+        code, out, err = call("serve", "--data", data)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith(f"pitchlore: {data}/.commits: cannot be written (Permission denied)")
 
 
 class Pages(BaseHTTPRequestHandler):

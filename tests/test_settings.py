@@ -21,6 +21,7 @@ def test_defaults():
     (b"alpha = 3", "alpha: there is no such key (did you mean grams.alpha?). Mend it; "),
     (b"[sides]\nxyz = 3", "sides.xyz: there is no such key, only watch, teams, kind, pools. Mend it; "),
     (b"[policies]\nsweeps = 0", "policies.sweeps: input should be greater than or equal to 1"),
+    (b"[policies]\nstep_size = true", "policies.step_size: true does not fit"),
     (b"[policies]\nstep_size = nan", "policies.step_size: input should be a finite number"),
     (b"[[behaviours.rounds]]\nn = 5\nrows = 1\ncolumns = 1\nactivation = 0.1", "behaviours.rounds.0.n: "),
     (b"[policies\n", "is not TOML (Expected ']'"),

@@ -186,12 +186,23 @@ def test_refusal_is_no_damage(league, call, where, kind):
 
 
 def test_refusal_that_no_glance_shows(league, call):
-    """A table whose mode has changed since the catalogue was made is named by who makes it anew, not the catalogue."""
+    """A table whose mode has changed since the catalogue was made is named by who asks it or makes the catalogue anew."""
     path = place(league, "table")
-    next((league / "acts").glob("*.receipt.json")).unlink()
+    assert call("sql", "select 1", "--data", league)[0] == 0
     with closed(path):
-        code, out, err = call("sql", "select count(*) from matches", "--data", league)
-    assert (code, out, err.startswith(f"pitchlore: {path}: cannot be read (Permission denied)")) == (1, "", True), err
+        for query in ("select count(*) from situations", "select count(*) from matches"):
+            code, out, err = call("sql", query, "--data", league)
+            assert (code, out) == (1, "")
+            assert err.startswith(f"pitchlore: {path}: cannot be read (Permission denied). Let this user read it, or call ")
+            for receipt in (league / "acts").glob("*.receipt.json"):
+                receipt.unlink()  # so that it is made anew
+
+
+def test_own_paths_are_text(league, call):
+    """A path that the user names is printed without its control characters."""
+    code, out, err = call("replay", match_of(league), "--output", league / "a\x1b[2J\nb.html", "--data", league)
+    assert (code, err) == (0, "")
+    assert out.startswith(f"{league}/a\\x1b[2J\\nb.html (")
 
 
 # --- those that make something ----------------------------------------------------------------------

@@ -7,6 +7,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from rich.console import Console
+from rich.text import Text
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, UserPath
 from pitchlore.flows.commands.import_ import bring_in
@@ -139,7 +140,8 @@ def _scores(catalogue: Path, played: list[str], out: Console) -> None:
 
 def _goals(store: Store, match: str, out: Console) -> None:
     goals = [moment for moment in League(store).match(match).commentary().moments if moment.kind == "goal"]
-    out.print(f"\nHow the goals of {match} came about", style="bold", highlight=False)
+    out.print()
+    out.print(f"How the goals of {match} came about", style="bold", highlight=False)
     for moment in goals[:_GOALS_SHOWN]:
         out.print(moment.line(), highlight=False, soft_wrap=True)
     if len(goals) > _GOALS_SHOWN:
@@ -157,8 +159,9 @@ def _card(store: Store, out: Console) -> None:
 
 
 def _question(catalogue: Path, out: Console) -> None:
-    out.print("\nHow often does a goal follow within five seconds?", style="bold", highlight=False)
-    out.print(_QUESTION, highlight=False)
+    out.print()
+    out.print("How often does a goal follow within five seconds?", style="bold", highlight=False)
+    out.print(Text(_QUESTION))
     print_frame(ask(catalogue, _QUESTION))
 
 
@@ -184,6 +187,7 @@ def _paths(
     out.print()
     for what, why in lines:
         if why:
-            out.print(f"  {what}\n      {why}", highlight=False, soft_wrap=True)
+            out.print(f"  {what}", highlight=False, soft_wrap=True)
+            out.print(f"      {why}", highlight=False, soft_wrap=True)
         else:
             out.print(what, style="bold", highlight=False)

@@ -50,5 +50,6 @@ def _print(report: RunReport, team: str, matches: int, where: str) -> None:
     if report.policy is not None:
         name = shlex.quote(f"{PREFIX}{team}")
         out.print(f"{PREFIX}{team} is rebuilt from {matches} of its matches "
-                  f"(policy version {report.policy}, {'new' if report.policy_is_new else 'unchanged'}).\n"
-                  f"try: pitchlore evaluate --policy {name} --against static{where}", soft_wrap=True)
+                  f"(policy version {report.policy}, {'new' if report.policy_is_new else 'unchanged'}).",
+                  soft_wrap=True)
+        out.print(f"try: pitchlore evaluate --policy {name} --against static{where}", soft_wrap=True)

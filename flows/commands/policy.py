@@ -59,8 +59,9 @@ def show(
     for row in states.head(max(most, 0)).iter_rows(named=True):
         rival = "" if row["second"] is None else (
             f"; next: {in_words(row['second'])} (episodes: {row['second_episodes']})")
+        console().print()
         console().print(
-            f"\n{row['role']}, key {row['key']}, state {row['state']}: {row['verdict']}"
+            f"{row['role']}, key {row['key']}, state {row['state']}: {row['verdict']}"
             f" (visits: {row['visits']}). Best: {in_words(row['best'])}"
             f" (episodes: {row['best_episodes']}){rival}", soft_wrap=True)
         console().print(f"  {'; '.join(row['elements']) or 'any state'}", soft_wrap=True)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from datetime import date, time
 from decimal import Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import polars as pl
 from rich.console import Console
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 def warn(line: str) -> None:
     """Write a warning to standard error; the command goes on."""
-    print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
+    print(f"pitchlore: {printable(line)}", file=sys.stderr)  # noqa: T201 (this is the command line)
 
 
 def print_json(value: object) -> None:
@@ -89,9 +89,16 @@ def print_stand_in(*teams: str) -> None:
         console().print(f"{note}.")
 
 
+class _Lines(Console):
+    """A console that prints lines: control characters in a string, as of a path or a name, become escapes."""
+
+    def print(self, *objects: Any, **named: Any) -> None:
+        super().print(*(printable(it) if isinstance(it, str) else it for it in objects), **named)
+
+
 def console() -> Console:
     """The terminal; a file or pipe gets lines that are not wrapped. What is printed is text, never markup."""
-    return Console(width=None if sys.stdout.isatty() else 200, markup=False, emoji=False)
+    return _Lines(width=None if sys.stdout.isatty() else 200, markup=False, emoji=False)
 
 
 def say(line: str) -> None:
@@ -105,7 +112,7 @@ def print_failed(failures: Mapping[str, str], word: str = "failed") -> None:
     for what, why in failures.items():
         name, colon, rest = why.partition(": ")
         said = rest if colon and what.endswith(name) else why
-        console().print(Text.assemble((word, "bold red"), f" {what}: {said}"), soft_wrap=True)
+        console().print(Text.assemble((word, "bold red"), printable(f" {what}: {said}")), soft_wrap=True)
 
 
 def print_frame(frame: pl.DataFrame, title: str = "") -> None:

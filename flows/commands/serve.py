@@ -35,6 +35,8 @@ def serve(
     """
     store, chosen = common.store, common.settings(settings)
     place_of(on or chosen.placement.on)  # so that a word that names none is refused at once
+    with store.committing():  # and so is a folder in which nothing can be written
+        pass
     if timezone not in available_timezones():
         near = "".join(f", as {name}" for name in get_close_matches(timezone, available_timezones(), 1))
         raise BadSettings(f"{timezone!r} is no time zone", where="--timezone",

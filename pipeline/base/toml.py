@@ -51,10 +51,24 @@ def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
     Raises:
         BadSettings: if a key or value does not fit; names the first.
     """
+    for path, value in _truths(values):  # pydantic would take true for 1
+        field = _table(model, path[:-1]).model_fields.get(path[-1])
+        if field is not None and bool not in (field.annotation, *get_args(field.annotation)):
+            raise BadSettings(f"{'.'.join(path)}: {str(value).lower()} does not fit", where=where,
+                              next_step=keys)
     try:
         return model.model_validate(values)
     except ValidationError as error:
         raise unfit(error, where, keys, model) from error
+
+
+def _truths(values: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], bool]]:
+    """The keys of tables with true or false for a value."""
+    for key, value in values.items():
+        if isinstance(value, bool):
+            yield (*above, key), value
+        elif isinstance(value, dict):
+            yield from _truths(value, (*above, key))
 
 
 def unfit(

@@ -46,7 +46,7 @@ def warm() -> None:
     info = MatchInfo(match_id="few", source="few", format="few", home="a", away="b", pitch=PITCHES[Kind.SSL],
                      software=RELEASE)
     def load() -> None:
-        with suppress(Exception):
+        with suppress(Exception, KeyboardInterrupt):  # polars raises the second in any thread
             _poor(MatchLog(info, few_frames()))
 
     Thread(target=load, name="recogniser", daemon=True).start()

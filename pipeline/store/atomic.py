@@ -26,11 +26,11 @@ def aside(path: Path) -> Iterator[Path]:
             it was.
     """
     check_local(path)
-    if not path.name or (path.exists() and not path.is_file()):
-        raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
-                            next_step="Name a file")
     temporary = temporary_beside(path, "tmp")
     try:
+        if not path.name or (path.exists() and not path.is_file()):
+            raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
+                                next_step="Name a file")
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             yield temporary

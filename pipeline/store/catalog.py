@@ -9,7 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
@@ -81,14 +81,23 @@ def build(path: Path, files: Listing, of_groups: Collection[str] = ()) -> None:
             _fill(connection, path.parent, files, of_groups)
             connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
     except (duckdb.IOException, duckdb.TransactionException, duckdb.FatalException) as error:
-        for file in files:  # a mode that changed shows at no glance
-            try:
-                Path(file).open("rb").close()
-            except OSError as refused:
-                raise not_readable(file, refused, "Call the command again") from error
+        check_open(files)  # a mode that changed shows at no glance
         raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
     finally:
         path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
+
+
+def check_open(files: Iterable[str]) -> None:
+    """Check that files can be opened.
+
+    Raises:
+        CorruptFile, ReadFailed: if one cannot; names the first.
+    """
+    for file in sorted(files, key=lambda file: not Path(file).exists()):  # a copy lacks what nobody asked for
+        try:
+            Path(file).open("rb").close()
+        except OSError as refused:
+            raise not_readable(file, refused, "Call the command again") from refused
 
 
 def keep_in_memory(path: Path, files: Listing | None, of_groups: Collection[str] = ()) -> None:

@@ -18,9 +18,11 @@ def named_path(word: str | Path) -> Path:
     No path begins with ``~`` afterwards: some libraries would take that for a home once more.
 
     Raises:
-        BadSettings: if there is no such home.
+        BadSettings: if there is no such home, or the path has a NUL, which no system takes.
     """
     path = Path(word)
+    if "\0" in str(path):
+        raise _unusable("has a NUL in its path", path, "Name another")
     if not path.parts or not path.parts[0].startswith("~"):
         return path
     if not str(word).startswith("~"):

@@ -18,7 +18,7 @@ import duckdb
 import polars as pl
 
 from pitchlore.pipeline.base.errors import BadQuery, NotFound
-from pitchlore.pipeline.store.catalog import FILES, connected, is_there, pattern, quote
+from pitchlore.pipeline.store.catalog import FILES, check_open, connected, is_there, listing, pattern, quote
 from pitchlore.schemas import PUBLIC
 
 T = TypeVar("T")
@@ -62,6 +62,7 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
         BadQuery: if the statement does not only read; if DuckDB refuses it, with its own words; if there is
             not exactly one; if a column's name is there twice, or its type or times have no equal in a polars
             table.
+        CorruptFile, ReadFailed: if a file of the catalogue cannot be opened.
         KeyboardInterrupt: as it came; DuckDB has stopped working then.
     """
     (rows,) = ask_each(path, [sql], parameters)
@@ -74,7 +75,7 @@ def ask_each(path: Path, queries: Sequence[str], parameters: Sequence[object] = 
         try:
             return _interruptible(connection, lambda: [_rows(connection, sql, parameters) for sql in queries])
         except duckdb.Error as error:
-            raise _refused(error) from error
+            raise _refused(error, path) from error
 
 
 def relation(path: Path, sql: str, parameters: Sequence[object] = ()) -> Relation:
@@ -96,7 +97,7 @@ def relation(path: Path, sql: str, parameters: Sequence[object] = ()) -> Relatio
     try:
         return connection.sql(_reading(connection, sql), params=list(parameters) or None)
     except duckdb.Error as error:
-        raise _refused(error) from error
+        raise _refused(error, path) from error
 
 
 def _guarded(path: Path, sql: str) -> duckdb.DuckDBPyConnection:
@@ -112,8 +113,10 @@ def _guarded(path: Path, sql: str) -> duckdb.DuckDBPyConnection:
     return connection
 
 
-def _refused(error: duckdb.Error) -> BadQuery:
-    """DuckDB's refusal, in its own words."""
+def _refused(error: duckdb.Error, path: Path) -> BadQuery:
+    """DuckDB's refusal, in its own words; the system's is raised where it cannot open a file."""
+    if isinstance(error, duckdb.IOException):
+        check_open(listing(path) or ())
     return BadQuery(
         " ".join(str(error).split()), next_step="`pitchlore sql --tables` lists tables and columns")
 

@@ -36,6 +36,8 @@ from pitchlore.schemas import ROLES
 from pitchlore.schemas.decisions import ENDS
 from pitchlore.schemas.situations import MOVES_RANDOMLY
 
+#: Most characters of the id of a dataset.
+_LONGEST = 200
 #: What makes an episode.
 _EPISODE = ("match_id", "team", "robot", "episode")
 #: Columns that infos hold.
@@ -120,7 +122,7 @@ def write_dataset(dataset_id: str, decisions: pl.DataFrame, origin: DecisionSour
 def _free(dataset_id: str) -> Path:
     """The folder of a dataset that does not exist yet."""
     try:
-        parse_dataset_id(dataset_id)
+        parse_dataset_id(dataset_id if len(dataset_id) <= _LONGEST else "")  # minutes for a hundred thousand
     except (ValueError, TypeError) as error:  # the second: it has no version
         raise BadSettings("is no id of a Minari dataset", where=dataset_id,
                           next_step="Name it NAME-v0 or NAMESPACE/NAME-v0") from error

@@ -8,10 +8,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pitchlore.pipeline.base.digests import digest
+from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.temporaries import sweep
 
-#: What each page was made from, by its name.
+#: What each page was made from, and its SHA-256, by its name.
 _KEYS = ".pages.json"
 #: Names of pages and of their data.
 _PAGE = re.compile(r"(?:[a-z]+/)?[a-z0-9][a-z0-9-]*\.(?:html|js|css)")
@@ -46,15 +48,23 @@ class Folder:
 
     def missing(self, keys: Mapping[str, str]) -> list[str]:
         """The pages that have to be made, of some pages with the keys of what they are made from."""
-        missing = [name for name, key in keys.items()
-                   if self._before.get(name) != key or not (self.path / name).exists()]
-        self.kept += len(keys) - len(missing)
-        self._now |= {name: key for name, key in keys.items() if name not in missing}
-        return missing
+        standing = {name for name, key in keys.items() if self._stands(name, key)}
+        self.kept += len(standing)
+        self._now |= {name: self._before[name] for name in standing}
+        return [name for name in keys if name not in standing]
+
+    def _stands(self, name: str, key: str) -> bool:
+        """True if a page was made from this, and has the bytes that it had then."""
+        before = self._before.get(name)
+        try:
+            return (isinstance(before, str) and before.startswith(f"{key} ")
+                    and before == f"{key} {digest(whole(self.path / name))}")
+        except OSError:
+            return False
 
     def write(self, name: str, key: str, content: bytes) -> None:
         """Write a page."""
-        self._now[name] = key
+        self._now[name] = f"{key} {digest(content)}"
         self._store.write_bytes(self.path / name, content)
         self.new += 1
 
