@@ -20,6 +20,7 @@ from support.notebooks import NOTEBOOKS, read
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
 from support.bucket_stores import brought, made, plain, work
+from test_unreadable import DAMAGED
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.engine.catalog import check_files, distrust, refresh
@@ -27,6 +28,7 @@ from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.store import Store, buckets, mirrors
 from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.sealed import read_anew
 
 pytest_plugins = ["support.bucket_fixtures"]
 
@@ -129,6 +131,15 @@ def test_damaged_object(server, machine, raw, local):
     at_once.run(store)
     assert plain(server.objects(url)) == local
     assert verify_all(store).problems == []
+
+
+def test_damaged_copy(server, machine):
+    """A receipt that is damaged in the copy, and not in the bucket, is brought anew: nothing is made without its match."""
+    store = machine(server.new())
+    receipts = [store.commit(work(name=name), made(name)) for name in ("m-1", "m-2")]
+    DAMAGED["flipped"](store.root / "goals" / "m-1.receipt.json")
+    read_anew()
+    assert list(store.receipts("goals")) == receipts
 
 
 def test_forget_and_prune(server, machine, recordings):

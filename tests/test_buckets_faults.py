@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import re
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from pydoc import locate
 
@@ -14,11 +15,13 @@ from support.buckets import CREDENTIALS, FAULTS
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
 from support.bucket_stores import ROUNDS, brought, made, plain, work
+from test_unreadable import DAMAGED, REFUSED
 
-from pitchlore.pipeline.base.errors import StorageFailed
+from pitchlore.pipeline.base.errors import BucketFailed, PitchloreError, StorageFailed
 from pitchlore.pipeline.engine.recordings import inbox
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.store import Store, buckets, mirrors
+from pitchlore.pipeline.store.mirrors import INDEX, MARKER
 
 pytest_plugins = ["support.bucket_fixtures"]
 
@@ -73,6 +76,23 @@ def test_outage(server, machine, recordings, local, requests, fault, monkeypatch
         brought(store, recordings)
         assert plain(server.objects(url)) == local, begins
         assert verify_all(store).problems == []
+
+
+@pytest.mark.parametrize("fault", ["412", "200"])
+def test_another_answers(server, machine, fault):
+    """An answer in the bucket's place, as a proxy's page, is said without its words; a copy loses nothing by it."""
+    url = server.new()
+    stores = [machine(url, name) for name in ("one", "two")]
+    receipt = stores[0].commit(work(), made("one"))
+    stores[0].catch_up()
+    server.mend()
+    server.fault = lambda number: fault if fault == "200" or number > 1 else None  # the second machine gets a listing
+    with pytest.raises(BucketFailed, match=f"{url}.*(its listing lacks|it answers 412)"):
+        stores[fault == "412"].catch_up()
+    server.mend()
+    for store in stores:
+        store.catch_up()
+        assert list(store.receipts("goals")) == [receipt]
 
 
 def test_nobody_answers(machine, monkeypatch, call):
@@ -164,6 +184,18 @@ def test_keys_of_others(server, machine):
     assert store.unreadable_receipts("goals") == {}
     assert store.read(receipt, "note") == b"one"
     assert inbox(store) == []
+
+
+@pytest.mark.parametrize(("name", "kind"), [
+    *((MARKER, kind) for kind in REFUSED), *((name, kind) for name in (MARKER, INDEX) for kind in ("flipped", "folder", "pipe"))])
+def test_unreadable_marker(server, machine, kind, name):
+    """A copy whose marker cannot be read is no plain folder: what is written into it would never reach the bucket. Nor is the index new."""
+    root = machine(server.new()).root
+    (root / INDEX).write_bytes(b"no index")
+    spoilt = REFUSED[kind][0](root / name) if kind in REFUSED else nullcontext(DAMAGED[kind](root / name))
+    with spoilt, pytest.raises(PitchloreError, match=r"it is a cache|Let this user read it|Mend the disk|a cache, then"):
+        Store(root).commit(work(), made("one"))
+    assert not list(root.rglob("*receipt*"))
 
 
 @pytest.mark.parametrize("full", ["os.replace", "pitchlore.pipeline.store.atomic.sync_file"])

@@ -197,9 +197,11 @@ class Bucket:
         with suppress(FileNotFoundError):
             self._asked(lambda: obstore.delete(self._store, key), key)
 
-    def _put(self, key: str, data: Content, write: Callable[[], Any]) -> ObjectStat:
+    def _put(
+        self, key: str, data: Content, write: Callable[[], Any], *, conditional: bool = False
+    ) -> ObjectStat:
         try:
-            done = self._asked(write, key)
+            done = self._asked(write, key, conditional=conditional)
         except FileNotFoundError as error:
             raise self._failed("there is no such bucket", key) from error
         return ObjectStat(key, len(data), str(done["e_tag"]), 0.0)
@@ -212,18 +214,18 @@ class Bucket:
         from obstore.exceptions import AlreadyExistsError, PreconditionError  # noqa: PLC0415 (an extra)
 
         try:
-            return self._put(key, data, write)
+            return self._put(key, data, write, conditional=True)
         except (AlreadyExistsError, PreconditionError):
             there = self.get(key)
             return there[1] if there is not None and there[0] == data else None
 
-    def _asked(self, ask: Callable[[], T], key: str) -> T:
+    def _asked(self, ask: Callable[[], T], key: str, *, conditional: bool = False) -> T:
         """The answer to a request.
 
         Raises:
             FileNotFoundError: if there is no such object.
-            obstore.exceptions.AlreadyExistsError, obstore.exceptions.PreconditionError: if a condition does
-                not hold.
+            obstore.exceptions.AlreadyExistsError, obstore.exceptions.PreconditionError: if the request is
+                ``conditional``, and its condition does not hold.
             BucketFailed: if the bucket cannot be reached or refuses.
         """
         from obstore.exceptions import (  # noqa: PLC0415 (an extra)
@@ -235,9 +237,11 @@ class Bucket:
         why = ""
         try:
             return ask()
-        except (AlreadyExistsError, PreconditionError, FileNotFoundError):
+        except FileNotFoundError:
             raise
         except (BaseError, OSError, ValueError) as error:
+            if conditional and isinstance(error, AlreadyExistsError | PreconditionError):
+                raise
             status, strange = _STATUS.search(str(error)), _NO_PATH.search(str(error))
             why = "it does not answer" if status is None else _WHY.get(status[1], f"it answers {status[1]}")
             if strange is not None:

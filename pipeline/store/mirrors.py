@@ -97,7 +97,12 @@ def key_of(place: str, sha: str | None) -> str:
 
 
 class _Index(sqlite3.Connection):
-    """The index of a copy; where the disk refuses its statements, StorageFailed is raised."""
+    """The index of a copy; StorageFailed is raised where the disk refuses, CorruptFile if it is damaged."""
+
+    def __init__(self, database: Path, *arguments: Any, **named: Any) -> None:
+        self._file = str(database)
+        with self._saved():
+            super().__init__(database, *arguments, **named)
 
     def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
         with self._saved():
@@ -107,14 +112,21 @@ class _Index(sqlite3.Connection):
         with self._saved():
             return super().executemany(sql, parameters)
 
+    def executescript(self, sql: str, /) -> sqlite3.Cursor:
+        with self._saved():
+            return super().executescript(sql)
+
     @contextmanager
     def _saved(self) -> Iterator[None]:
         try:
             yield
         except sqlite3.OperationalError as error:
-            file = super().execute("pragma database_list").fetchone()[2]
-            raise StorageFailed(f"cannot be written ({error})", where=file, next_step=(
-                "Free space or mend the folder, then run again; what was done is in the bucket")) from error
+            raise StorageFailed(f"cannot be written ({error})", where=self._file, next_step=(
+                "Free space or mend the folder, a cache, then run again; what was done is in the bucket"
+            )) from error
+        except sqlite3.DatabaseError as error:
+            raise CorruptFile(f"is damaged ({error})", where=self._file,
+                              next_step="Remove the folder: it is a cache") from error
 
 
 class Mirror:
@@ -182,6 +194,9 @@ class Mirror:
                 rows = {key: (here, noted) for key, here, noted in
                         self._index.execute("select key, here, noted from objects")}
             older = {key for key, (_, noted) in rows.items() if noted < tick}
+            if older and not listed and self.bucket.has(min(older)):  # as a gateway's page
+                raise BucketFailed("its listing lacks an object that is there", where=self.url, next_step=(
+                    "Look at its address, and whether a proxy answers in its place"))
             wanted = [key for key, entry in listed.items()
                       if _RECORD.fullmatch(key) and (key not in rows or key in older)
                       and (rows.get(key, ("", 0))[0] != entry.tag or not (self.folder / key).exists())]
@@ -535,22 +550,27 @@ def _copy(url: str) -> Path:
         folder = Path(tempfile.mkdtemp(prefix="pitchlore-memory-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
     else:
-        # another endpoint's bucket of the same name is another bucket
-        full = f"{url}\n{os.environ.get('AWS_ENDPOINT_URL', '')}"
-        slug = re.sub(r"[^a-z0-9]+", "-", url.lower()).strip("-")[-40:]
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        folder = home / "pitchlore" / "buckets" / f"{slug}-{sha256(full.encode()).hexdigest()[:8]}"
+        folder = home / "pitchlore" / "buckets" / _name_of_copy(url)
     if not (folder / MARKER).exists():
         write_bytes(folder / MARKER, json.dumps({"url": url, "process": os.getpid()}).encode())
     return folder
+
+
+def _name_of_copy(url: str) -> str:
+    """The name of a copy's folder: another endpoint's bucket of the same name is another bucket."""
+    full = f"{url}\n{os.environ.get('AWS_ENDPOINT_URL', '')}"
+    slug = re.sub(r"[^a-z0-9]+", "-", url.lower()).strip("-")[-40:]
+    return f"{slug}-{sha256(full.encode()).hexdigest()[:8]}"
 
 
 def mirror_of(root: Path) -> Mirror | None:
     """The mirror that a local folder, or a folder above it, is the copy of; None if it is none.
 
     Raises:
-        BadSettings: if it is that of a bucket in the memory of another process, or the environment does not
-            say how to reach the bucket.
+        BadSettings: if it is that of a bucket in the memory of another process, or at another endpoint than
+            the environment's; or if the environment does not say how to reach the bucket.
+        NotFound, CorruptFile, ReadFailed: if its marker is damaged, or cannot be read.
     """
     for folder in (root, *root.parents[:_DEPTH]):
         try:
@@ -574,4 +594,7 @@ def _mirror(folder: Path, said: bytes) -> Mirror:
     if url.startswith("memory:") and process != os.getpid():
         raise BadSettings("a bucket in memory is that of one process", where=url,
                           next_step="Work on threads: --on threads")
+    if not url.startswith("memory:") and folder.name != _name_of_copy(url):  # a wrong bit names another
+        raise BadSettings("is the copy of another bucket, or of one at another AWS_ENDPOINT_URL",
+                          where=str(folder), next_step="Remove the folder: it is a cache")
     return Mirror(folder, url)

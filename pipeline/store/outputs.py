@@ -15,7 +15,7 @@ from pitchlore.pipeline.store.meter import count_written
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.reading import Reading
 from pitchlore.pipeline.store.receipts import Receipt
-from pitchlore.pipeline.store.sealed import Stamp, read_model, remedy_of, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, remedy_of, sealed, settled, stamp_of
 from pitchlore.pipeline.store.work import Made, Work, contents
 
 #: How the names of receipts end.
@@ -47,7 +47,7 @@ class Outputs(Reading):
 
     def receipt_at(self, path: str) -> Receipt | None:
         """The receipt in a file (:meth:`receipt`), which is of the output that the file is named for."""
-        found = read_model(path, Receipt)
+        found = self.record(path, Receipt)
         if found is not None and path != f"{self.root}/{found.noun}/{found.name}{RECEIPT}":
             raise CorruptFile(f"is the receipt of {found.noun} {found.name}", where=path,
                               next_step=f"Remove it. {remedy_of(Path(path).parent.name)}")

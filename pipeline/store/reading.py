@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from stat import S_ISREG
+from typing import TypeVar
 
 import polars as pl
+from pydantic import BaseModel
 
 from pitchlore.pipeline.base.digests import digest, digest_of_file
-from pitchlore.pipeline.base.errors import CorruptFile, NotFound, not_readable
+from pitchlore.pipeline.base.errors import CorruptFile, NotFound, StorageFailed, not_readable
 from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.meter import count_read
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
-from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
+from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, remedy_of
 from pitchlore.pipeline.store.tables import from_parquet, joined
 from pitchlore.schemas import Table
 
+M = TypeVar("M", bound=BaseModel)
 #: Bytes of files that are read together: this bounds memory.
 _TOGETHER = 8 << 20
 
@@ -41,6 +45,20 @@ class Reading(Files):
         if self.leave_out is None:
             raise error
         self.leave_out(error)
+
+    def record(self, path: str, model: type[M]) -> M | None:
+        """A receipt or manifest, read by :func:`pipeline.store.sealed.read_model`.
+
+        One that is damaged in the copy of a bucket is brought anew.
+        """
+        try:
+            return read_model(path, model)
+        except CorruptFile:
+            if self.mirror is None:
+                raise
+            with suppress(NotFound, CorruptFile, StorageFailed):
+                self.mirror.fetch(Path(path))
+            return read_model(path, model)
 
     def version_folder(self, noun: str, version: int) -> Path:
         """The folder of a version's files."""

@@ -50,7 +50,7 @@ class Versions(Reading):
             CorruptFile: if it is damaged or lost.
         """
         path = self.version_folder(noun, version) / "manifest.json"
-        manifest = read_model(str(path), Manifest)
+        manifest = self.record(str(path), Manifest)
         if manifest is None:
             there = self.versions(noun)
             if version in there:

@@ -112,10 +112,14 @@ class _Handler(BaseHTTPRequestHandler):
     def handle_any(self) -> None:
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         fault = self.served.meet()
-        if fault in ("503", "500"):
+        if fault in ("503", "500", "412", "200"):
+            said = b"<html>Log in first</html>" if self.command != "HEAD" else b""
             self.send_response(int(fault))
-            self.send_header("Content-Length", "0")
+            self.send_header("Content-Length", str(len(said)))
+            self.send_header("ETag", "x")
+            self.send_header("Last-Modified", "Sat, 28 Nov 2026 12:00:00 GMT")
             self.end_headers()
+            self.wfile.write(said)
             return
         if fault == "late":
             time.sleep(LATE_S)
