@@ -191,11 +191,11 @@ def test_goal():
     changed = [("home", 1, "midfield", 47, 0.2, 0.5), *led[1:]]
     told = tell(bodies, events=events, goals=[(3.0, "home", 1, "indirect")], situations=changed)
     assert "us 1 (striker), indirect action: is hit by the ball, kicks it;" in of_kind(told, "goal")[0]
-    wrong = tell(bodies, events=events, goals=[(3.0, "home", 0, "error")], situations=led)
-    assert of_kind(wrong, "goal") == [
-        ("GOAL for us! Error of them 0 (goalkeeper): us 1 (striker) reaches the ball, kicks it;"
-        " it goes in off them 0 (goalkeeper).")
-    ]
+    wrong = tell(bodies, events=events, goals=[(3.0, "home", 0, "error")], situations=[*led, ("away", 0, "goalkeeper", 21, 2.0, 2.5)])
+    assert of_kind(wrong, "goal") == ["GOAL for us! Own goal of them 0 (goalkeeper): kicks the ball; it is in."], "it held the ball"
+    off = tell(bodies, events=[(1.7, "goal", "home")], goals=[(1.7, "home", 0, "error")], situations=led)
+    assert of_kind(off, "goal") == [
+        "GOAL for us! us 1 (striker) reaches the ball, kicks it; it goes in off them 0 (goalkeeper)."], "a touch is no error"
     assert wrong.summary.home.scorers == {}
     assert wrong.summary.home.goals == {"direct": 0, "indirect": 0, "error": 1}
 

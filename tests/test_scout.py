@@ -28,7 +28,14 @@ from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pag
 from pitchlore.pipeline.views.scout.facts import LEAST_MATCHES, Numbers, by_lead, over_matches, trend
 from pitchlore.pipeline.views.scout.gallery import clips
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
-from pitchlore.pipeline.views.scout.swings import lead_words, on_top_words, stretches, swings
+from pitchlore.pipeline.views.scout.swings import (
+    deciding,
+    drawn_lines,
+    lead_words,
+    on_top_words,
+    stretches,
+    swings,
+)
 from pitchlore.pipeline.views.scout.timeline import GoalLine, on_top
 from pitchlore.schemas import Passes, Shots, Values
 from pitchlore.schemas.behaviours import for_people
@@ -213,13 +220,17 @@ def moments_of(*played):
 
 
 def test_swings():
-    """V is a line a stretch of play, cut by restarts and holes; its largest changes within 3 s do not overlap; a goal leads to its clip."""
+    """V is a line a stretch of play, cut by restarts and holes; its largest changes are between points of it; a goal leads to its clip."""
     found = stretches(moments_of((0, (0, 1, 2, 10, 11), (0.0, 0.5, -0.1, 0.2, 0.2)), (1, (11.2, 12, 20), (-0.3, 0.0, 0.1))))
     assert [list(it.t_ns / 1e9) for it in found] == [[0, 1, 2], [10, 11], [11.2, 12], [20]]
     one, two = swings(found)
-    assert (one.start_ns, one.end_ns, one.side, one.before, one.after) == (10**9, 2 * 10**9, "away", -0.5, pytest.approx(0.1))
+    assert (one.start_ns, one.end_ns, one.side, one.before, one.after) == (10**9, 2 * 10**9, "away", 0.5, pytest.approx(-0.1))
     assert (two.side, two.before, two.after) == ("home", -0.3, 0.0)
-    drawn = str(on_top(found, [GoalLine(0.5, "away", "goal <x>", "m.html#goal-1")], "top", 20.0, 0.25))
+    (dense,) = drawn_lines(stretches(moments_of((0, np.arange(0, 20, 0.01), [0.1] * 1003 + [-0.9] + [0.1] * 996))), 480.0)
+    assert len(dense.v) < 60
+    assert [(it.side, it.before, it.after) for it in swings([dense])] == [("away", 0.1, -0.9)], "a peak is drawn as it is"
+    drawn = str(on_top(found, [GoalLine(0.5, "away", "goal <x>", "m.html#goal-1")], "top", 20.0, 0.25, [one, two]))
+    assert re.findall(r'class="swung (.*?)" d="M(.*?) .*?M(.*?) ', drawn) == [("away", "5", "10"), ("home", "56", "60")]
     line = re.search(r'class="swing" d="(.*?)"', drawn)[1]
     assert line.count("M") == 4, "no line leads over a restart or a hole"
     assert re.search(r'<a href="m.html#goal-1" aria-label="goal &lt;x&gt;">.*?class="goal-at away" d="M50 20V40"', drawn)
@@ -229,6 +240,7 @@ def test_swings():
     goals = pl.DataFrame({"t_ns": [t * 10**9 for t in (5, 61, 62)], "team": ["home", "away", "away"]})
     assert lead_words(goals, {"home": "A", "away": "B"}) == "A led from 0:05 to 1:01 and B led from 1:02 to the end."
     assert lead_words(goals.clear(), {}) == on_top_words([], {}) == ""
+    assert (deciding(goals), deciding(goals.head(2)), deciding(goals.clear())) == ((3, 62.0, "away"), None, None)
 
 
 @pytest.mark.slow

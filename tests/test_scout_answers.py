@@ -141,7 +141,7 @@ def test_before_goals():
     assert [each.says for each in found] == [
         "B 2 lost the ball in its own third 7.0 s before; A 1 got it; it passed 2 times.",
         "Kick-off of B 5.0 s before; A 1 got the ball 4.0 s before.",
-        "B 2 had the ball for 2.0 s in its own third, and it went in.",
+        "B 2 had the ball for 2.0 s in its own third.",
         "B 2 shot, without a goal, 8.0 s before; A 1 got it.",
         "B 2 shot, without a goal, 18.0 s before; A 1 got it."]
     assert found[0][1:] == (2, 0, 7.0)

@@ -98,7 +98,7 @@ def test_followed_before_play_stops():
 @pytest.mark.parametrize("kinds", [(4, 4, 4), (1, 2, 1), (1, 1, 1), (0, 2, 0), (2, 2, 2)])
 def test_clips_at_first(kinds):
     """Up to four clips are shown at first, one of each kind among them; none is lost."""
-    found = [Clip("m", "home", 1, float(i), i + 1.0, f"{kind}, {i}")
+    found = [Clip("m", "home", 1, float(i), i + 1.0, f"{kind}, {i}", float(i))
              for kind, count in zip(("best", "typical", "worst"), kinds, strict=True) for i in range(count)]
     first, rest = at_first(found)
     assert len(first) == min(AT_FIRST, len(found))

@@ -68,7 +68,7 @@ class Sentence(NamedTuple):
         goals: goals that followed, in words; empty without any.
         sure: sure, likely or too few (schema Answers).
         effect: change of V a match that went with it.
-        match, team, robot, start_s, end_s: a clip of it: the act after which V changed most.
+        match, team, robot, start_s, end_s, at_s: a clip of it: the act after which V changed most, and when.
     """
 
     says: str
@@ -81,6 +81,7 @@ class Sentence(NamedTuple):
     robot: int
     start_s: float
     end_s: float
+    at_s: float
 
 
 class Card(NamedTuple):
@@ -206,7 +207,7 @@ def _sentence(row: dict[str, Any], shown: tuple[str, str, int, int], of: int) ->
     return Sentence(
         f"{row['role']} {row['act']} {row['place']}".capitalize(), often(row["each_match"]), followed,
         row["says"], row["effect"], match, side, robot, round(max(t_ns / 1e9 - BEFORE_S, 0.0), 2),
-        round(t_ns / 1e9 + AFTER_S, 2))
+        round(t_ns / 1e9 + AFTER_S, 2), round(t_ns / 1e9, 2))
 
 
 def often(each_match: float) -> str:

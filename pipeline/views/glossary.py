@@ -136,7 +136,7 @@ TERMS = (
     Term("goals", "Direct, indirect, error",
          "How a goal was made. Direct: a robot kicked or guided the ball, nobody else touched it, and "
          "it rolled straight into the goal. Indirect: the scoring team made it in another way. Error: "
-         "a robot of the team that conceded it made it.",
+         "a robot of the team that conceded it put it in, or it went in off that robot without a shot.",
          "(?:[Ii]n)?[Dd]irect|errors?(?= of [^.]+$)|^errors?$"),
     Term("through", "Through pass",
          "A pass far forward, deep into the adversary's half and behind its last robot but the "

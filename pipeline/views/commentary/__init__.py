@@ -84,7 +84,7 @@ def commentary(match: MatchTables, settings: CommentarySettings | None = None) -
     touched, kept = at_ball(trajectories, pitch), spells(possession, passes, trajectories, names)
     moments = chain(
         of_the_referee(referee, row, names),
-        of_goals(goals, referee, situations, touched, names, settings),
+        of_goals(match, touched, names, settings),
         of_shots(shots, touched, names),
         of_passes(passes, trajectories, pitch, names, settings),
         of_spells(kept, situations, pitch, settings),

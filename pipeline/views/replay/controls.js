@@ -44,7 +44,7 @@ function start(match, known) {
     const maker = match.makers(team, kind);
     row.append(
       element("span", "time", clock(t)), element("span", `chip ${maker ?? "unknown"}`, robot ?? "?"),
-      element("span", "what", kind === "error" ? `error of ${teams[maker]}` : kind ?? teams[team] ?? "scorer unknown"),
+      element("span", "what", kind === "error" ? `off ${teams[maker]}` : kind ?? teams[team] ?? "scorer unknown"),
       element("span", "code", match.scoreWords(t)));
     if (kind !== null) row.dataset.term = "goals";
     row.style.borderLeftColor = `var(--${team ?? "muted"})`;

@@ -21,7 +21,7 @@ function finder(match) {
 
   const events = [
     ...match.goals.map(([t, team, robot, kind]) => {
-      const maker = match.makers(team, kind), by = maker === null || maker === team ? "" : ` by an error of ${teams[maker]}`;
+      const maker = match.makers(team, kind), by = maker === null || maker === team ? "" : ` off ${teams[maker]}`;
       return hit("goal", t, t, maker, robot, `${match.goalTitle(team)}${by}${kind === null || by ? "" : `, ${kind}`}`);
     }),
     ...match.passes.map(([t, end, team, robot, to, direction, through]) => (

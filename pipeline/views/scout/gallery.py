@@ -31,6 +31,7 @@ class Clip(NamedTuple):
         start_s: from when, seconds.
         end_s: until when.
         says: best, worst or typical, and its value.
+        at_s: when what it shows happens, seconds; the clip begins before.
     """
 
     match: str
@@ -39,6 +40,7 @@ class Clip(NamedTuple):
     start_s: float
     end_s: float
     says: str
+    at_s: float
 
     @classmethod
     def about(
@@ -50,7 +52,8 @@ class Clip(NamedTuple):
         """
         robot = row.get("robot")
         return cls(row["match_id"], row["team"] or "home", NOBODY if robot is None else robot,
-                   round(max(start_ns / 1e9 - before_s, 0.0), 2), round(end_ns / 1e9 + after_s, 2), says)
+                   round(max(start_ns / 1e9 - before_s, 0.0), 2), round(end_ns / 1e9 + after_s, 2), says,
+                   round(start_ns / 1e9, 2))
 
 
 def leading(ranked: pl.DataFrame) -> pl.DataFrame:

@@ -7,12 +7,10 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pitchlore.pipeline.game.roles import roles
+from pitchlore.pipeline.views.commentary.goals import HELD_S, roles_at_goals
 from pitchlore.pipeline.views.commentary.words import robot
 from pitchlore.pipeline.views.scout.zones import third
 
-#: Seconds from which on a team held the ball: what is shorter is a touch.
-_HELD_S = 0.5
 #: Thirds of the pitch in words, in the order of THIRDS.
 _PLACES = ("its own third", "the middle third", "its attacking third")
 
@@ -40,7 +38,7 @@ def lead_ups(
     """Play before each goal of a match, in order of time; goals of nobody known are left out.
 
     A sentence begins with the last time that the conceding team held the ball in that stretch of play, and
-    how it ended; where it never held it, with the restart.
+    how it ended; where it never held it, with the restart. Who touches the ball last is the commentary's.
 
     Args:
         goals: rows of schema Goals.
@@ -50,51 +48,48 @@ def lead_ups(
         names: name of each side.
         length: length of the pitch, m.
     """
-    held = possession.sort("start_ns")
-    rows = held.with_columns(
-        pl.col("team", "ended").cast(pl.String), at=third("end_x", pl.lit(length)),
-        role=roles(trajectories, *held.select("team", "robot", "start_ns")),
-        last_role=roles(trajectories, *held.select("team", "last_robot", "end_ns"))).with_columns(
-            last_role=pl.coalesce("last_role", pl.when(pl.col("robot") == pl.col("last_robot")).then("role"))
-        ).to_dicts()
+    rows = possession.sort("start_ns").with_columns(
+        pl.col("team", "ended").cast(pl.String), at=third("end_x", pl.lit(length))).to_dicts()
+    then = roles_at_goals(goals, trajectories)
     begun = [row for row in referee.sort("t_ns").iter_rows(named=True)
              if row["event"] in ("kick-off", "fault")]
-    return [_lead_up(str(team), t_ns, rows, begun, names)
+    return [_lead_up(str(team), t_ns, rows, begun, names, then)
             for team, t_ns in goals.drop_nulls("team").sort("t_ns").select("team", "t_ns").iter_rows()]
 
 
 def _lead_up(
     team: str, t_ns: int, held: Sequence[dict[str, Any]], begun: Sequence[dict[str, Any]],
-    names: Mapping[str, str],
+    names: Mapping[str, str], roles: Mapping[tuple[int, str, int], str | None],
 ) -> LeadUp:
+    def named(side: str, number: int) -> str:
+        return robot(names[side], number, roles.get((t_ns, side, number)))
+
     seen = [row for row in held if row["start_ns"] < t_ns]
     own = [row for row in seen if row["segment"] == seen[-1]["segment"]]
     if not own:
         return LeadUp()
     at, lost = next(((at, row) for at, row in reversed([*enumerate(own)]) if row["team"] != team
-                     and row["end_ns"] - row["start_ns"] >= _HELD_S * 1e9), (-1, None))
+                     and row["end_ns"] - row["start_ns"] >= HELD_S * 1e9), (-1, None))
     since = own[at + 1:]
     winner = next((row for row in since if row["team"] == team), None)
     parts = []
     if lost is not None:
-        loser = robot(names[lost["team"]], lost["last_robot"], lost["last_role"])
+        loser = named(lost["team"], lost["last_robot"])
         place = f"in {_PLACES[lost['at']]} {_ago(lost['end_ns'], t_ns)}"
         if winner is None:
-            return LeadUp(f"{loser} had the ball for {(lost['end_ns'] - lost['start_ns']) / 1e9:.1f} s in"
-                          f" {_PLACES[lost['at']]}, and it went in.")
+            holder = loser if lost["robot"] == lost["last_robot"] else names[lost["team"]]
+            return LeadUp(f"{holder} had the ball for {(lost['end_ns'] - lost['start_ns']) / 1e9:.1f} s in"
+                          f" {_PLACES[lost['at']]}.")
         parts.append({"shot": f"{loser} shot, without a goal, {_ago(lost['end_ns'], t_ns)}",
                       "contested": f"{loser} lost a duel {place}"}.get(
                           lost["ended"], f"{loser} lost the ball {place}"))
-        parts.append(f"{robot(names[team], winner['robot'], winner['role'])} got it")
+        parts.append(f"{named(team, winner['robot'])} got it")
     else:
-        first = robot(names[own[0]["team"]], own[0]["robot"], own[0]["role"])
+        first = named(own[0]["team"], own[0]["robot"])
         parts = [_began(own[0]["start_ns"], t_ns, begun, names),
                  f"{first} got the ball {_ago(own[0]['start_ns'], t_ns)}"]
     if passes := sum(row["passes"] for row in since if row["team"] == team):
         parts.append("it passed once" if passes == 1 else f"it passed {passes} times")
-    if own[-1]["team"] != team:
-        off = robot(names[own[-1]["team"]], own[-1]["last_robot"], own[-1]["last_role"])
-        parts.append(f"the ball went in off {off}")
     says = f"{'; '.join(parts)}."
     if lost is None or lost["ended"] == "shot":
         return LeadUp(says)

@@ -1,4 +1,4 @@
-"""Swings of a match: V over each stretch of play, its largest changes, and who led when."""
+"""Swings of a match: V over each stretch of play as it is drawn, its largest changes, and who led when."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from pitchlore.schemas import SIDES
 
 #: Seconds within which a change of V is a swing; swings that are named; a hole in V that ends a stretch.
 SWING_S, SWINGS, HOLE_S = 3.0, 6, 1.0
+#: Parts of a match in the line that is drawn.
+_PARTS = 240
 #: Stretches in which a side led that are named; of more only the last.
 _SPANS = 4
 
@@ -38,7 +40,7 @@ class Swing(NamedTuple):
     Attributes:
         start_ns, end_ns: its first and its last moment.
         side: home or away, in whose favour it is.
-        before, after: V of that side at these moments.
+        before, after: V of home at these moments, points of the line.
     """
 
     start_ns: int
@@ -62,20 +64,42 @@ def stretches(values: pl.DataFrame) -> list[BalanceLine]:
     return found
 
 
-def swings(played: Sequence[BalanceLine]) -> list[Swing]:
-    """The largest changes of V within :data:`SWING_S`, none of which overlap, the largest first."""
-    each = []
+def drawn_lines(played: Sequence[BalanceLine], seconds: float) -> list[BalanceLine]:
+    """The lines that are drawn: their ends, and the least and the greatest V in each of :data:`_PARTS` parts.
+
+    Nothing is smoothed: each point is a value of V. ``seconds`` is the duration of the match.
+    """
+    found = []
     for t_ns, v in played:
-        until = np.searchsorted(t_ns, t_ns + SWING_S * 1e9, side="right") - 1
-        each += list(zip(v[until] - v, t_ns, t_ns[until], v, v[until], strict=True))
+        part = np.floor(t_ns / 1e9 / max(seconds, 1e-9) * _PARTS)
+        by_value = np.lexsort((v, part))
+        first = np.flatnonzero(np.diff(part[by_value], prepend=-1.0))
+        last = np.append(first[1:], len(v)) - 1
+        kept = np.unique(np.concatenate([by_value[first], by_value[last], [0, len(v) - 1]]))
+        found.append(BalanceLine(t_ns[kept], v[kept]))
+    return found
+
+
+def swings(drawn: Sequence[BalanceLine]) -> list[Swing]:
+    """The largest changes between points of lines that are drawn, within :data:`SWING_S`, none overlapping.
+
+    The largest comes first.
+    """
+    each = []
+    for t_ns, v in drawn:
+        for apart in range(1, len(v)):
+            near = np.flatnonzero(t_ns[apart:] - t_ns[:-apart] <= SWING_S * 1e9)
+            if not len(near):
+                break
+            end = near + apart
+            each += list(zip(v[end] - v[near], t_ns[near], t_ns[end], v[near], v[end], strict=True))
     chosen: list[Swing] = []
-    for change, start, end, before, after in sorted(each, key=lambda it: (-abs(it[0]), it[1])):
+    for change, start, end, before, after in sorted(each, key=lambda it: (-abs(it[0]), it[1], it[2])):
         if len(chosen) == SWINGS or not change:
             break
         if all(end < one.start_ns or one.end_ns < start for one in chosen):
-            turn = 1 if change > 0 else -1
-            chosen.append(Swing(int(start), int(end), SIDES[0] if turn > 0 else SIDES[1],
-                                float(turn * before), float(turn * after)))
+            chosen.append(Swing(
+                int(start), int(end), SIDES[0] if change > 0 else SIDES[1], float(before), float(after)))
     return chosen
 
 
@@ -87,6 +111,17 @@ def on_top_words(played: Sequence[BalanceLine], names: Mapping[str, str]) -> str
     home, away = (float((sign * v > 0).mean()) for sign in (1, -1))
     first, share = (SIDES[0], home) if home >= away else (SIDES[1], away)
     return f"{names[first]} had the better chance for {share:.0%} of the time in play."
+
+
+def deciding(goals: pl.DataFrame) -> tuple[int, float, str] | None:
+    """The goal from which on the winner led: its place from 1, time in s, and team; None if nobody won."""
+    turn = pl.when(pl.col("team") == SIDES[0]).then(1).when(pl.col("team") == SIDES[1]).then(-1).otherwise(0)
+    made = goals.sort("t_ns", maintain_order=True)
+    lead = np.sign(made.select(lead=turn.cum_sum())["lead"].to_numpy())
+    if not len(lead) or not lead[-1]:
+        return None
+    place = int(np.flatnonzero(np.append(0, lead[:-1]) != lead)[-1])
+    return place + 1, made["t_ns"][place] / 1e9, str(made["team"][place])
 
 
 def lead_words(goals: pl.DataFrame, names: Mapping[str, str]) -> str:

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.views.scout.swings import BalanceLine
+from pitchlore.pipeline.views.scout.swings import BalanceLine, Swing
 
 #: Blank parts of a strip, side by side, that a word fits into.
 _WORD = 4
@@ -18,8 +17,8 @@ _WORD = 4
 _STEPS, _TIMES = (10, 30, 60, 120, 300, 600, 1200), 8
 
 
-#: Parts of a match in the line of who is on top, and the values at which its scale may end.
-_MOMENTS, _SCALES = 240, (0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
+#: Values at which the scale of the line of who is on top may end, and its height in pixels.
+_SCALES, _PIXELS = (0.1, 0.2, 0.4, 0.6, 0.8, 1.0), 150
 
 
 class GoalLine(NamedTuple):
@@ -88,7 +87,7 @@ def over_time(
 
 def on_top(
     played: Sequence[BalanceLine], goals: Sequence[GoalLine], label: str, seconds: float,
-    half: float | None = None,
+    half: float | None = None, swings: Sequence[Swing] = (),
 ) -> Markup:
     """Home's chance to score soon less that of away as a line about zero, with a scale and with goals.
 
@@ -100,12 +99,17 @@ def on_top(
         label: description for readers of the page.
         seconds: duration of the match.
         half: place of half-time in the match, 0 to 1; None without one.
+        swings: changes that are marked on the line, with a number each, in their order.
     """
     greatest = max((float(np.abs(it.v).max()) for it in played), default=0.0)
     most = next((each for each in _SCALES if greatest <= each), 1.0)
     lines, areas = "", {"home": "", "away": ""}
-    for x_s, means in (_thinned(it, seconds) for it in played):
-        points = [(100 * x / max(seconds, 1e-9), 20 - 20 * v / most) for x, v in zip(x_s, means, strict=True)]
+
+    def at(t_ns: float, v: float) -> tuple[float, float]:
+        return 100 * t_ns / 1e9 / max(seconds, 1e-9), 20 - 20 * v / most
+
+    for t_ns, v in played:
+        points = [at(*point) for point in zip(t_ns.tolist(), v.tolist(), strict=True)]
         lines += "M" + "L".join(f"{x:.4g} {y:.4g}" for x, y in points) + ("h.01" if len(points) == 1 else "")
         for side, held in (("home", min), ("away", max)):
             top = "L".join(f"{x:.4g} {held(y, 20.0):.4g}" for x, y in points)
@@ -125,20 +129,18 @@ def on_top(
             '<a href="{}" aria-label="{}"><title>{}</title><path class="hit" {}/>'
             '<path class="goal-at {}" {}/></a>').format(
                 goal.link, goal.says, goal.says, line, goal.team, line))
+    words = []
+    for number, swing in enumerate(swings, 1):
+        (x, y), (to_x, to_y) = at(swing.start_ns, swing.before), at(swing.end_ns, swing.after)
+        parts.append(Markup('<path class="swung {}" d="M{:.5g} {:.4g}h0M{:.5g} {:.4g}h0"/>').format(
+            swing.side, x, y, to_x, to_y))
+        words.append(Markup('<span class="nth" style="left:{:.2f}%;top:{:.0f}px">{}</span>').format(
+            to_x, min(max(_PIXELS / 40 * to_y - (18 if to_y < y else -3), 0), _PIXELS - 16), number))
     scale = Markup("").join(Markup("<span>{}</span>").format(f"{part * most:+.3g}" if part else "0")
                             for part in (1, 0.5, 0, -0.5, -1))
     return Markup('<div class="over-time scaled"><div class="scale" aria-hidden="true">{}</div>{}'
-                  '<div class="times" aria-hidden="true">{}</div></div>').format(
-        scale, Markup("").join([*parts, Markup("</svg>")]), _times(seconds))
-
-
-def _thinned(stretch: BalanceLine, seconds: float) -> tuple[F64, F64]:
-    """Times, s, and V of a stretch: the means of its parts of a match of :data:`_MOMENTS` equal ones."""
-    at = np.floor(stretch.t_ns / 1e9 / max(seconds, 1e-9) * _MOMENTS).astype(np.int64)
-    parts, place, count = np.unique(at, return_inverse=True, return_counts=True)
-    means = (np.bincount(place, weights) / count for weights in (stretch.t_ns / 1e9, stretch.v))
-    x_s, v = (mean[:len(parts)] for mean in means)
-    return x_s, v
+                  '{}<div class="times" aria-hidden="true">{}</div></div>').format(
+        scale, Markup("").join([*parts, Markup("</svg>")]), Markup("").join(words), _times(seconds))
 
 
 def spark(values: Sequence[float | None], label: str) -> Markup:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,16 @@ from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, pass_arrow
 from pitchlore.pipeline.views.scout.restarts import any_moment
 from pitchlore.pipeline.views.scout.scored import Scored, clip_of
-from pitchlore.pipeline.views.scout.swings import SWING_S, Swing, lead_words, on_top_words, stretches, swings
+from pitchlore.pipeline.views.scout.swings import (
+    SWING_S,
+    Swing,
+    deciding,
+    drawn_lines,
+    lead_words,
+    on_top_words,
+    stretches,
+    swings,
+)
 from pitchlore.pipeline.views.scout.timeline import GoalLine, on_top, over_time
 from pitchlore.schemas import SIDES, note_on
 
@@ -68,6 +77,8 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
                  f"../matches/{match.name}.html#goal-{place}")
         for place, (t_ns, team) in enumerate(match.goals.sort("t_ns").select("t_ns", "team").iter_rows(), 1)]
     played, said = stretches(match.values), _reported(moments)
+    drawn, decided = drawn_lines(played, row["duration_s"]), deciding(match.goals)
+    swung = swings(drawn)
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
         "score": shown_score((counts[0][side].goals for side in SIDES), counted=is_counted(match)),
@@ -80,9 +91,11 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
                      if (facts := analysed([(match, side)], answers[side]["roles"], side))],
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
-        "top": on_top(played, goals, "who is on top", row["duration_s"], _half(match)),
+        "top": on_top(drawn, goals, "who is on top", row["duration_s"], _half(match), swung),
         "swung": [on_top_words(played, names), lead_words(match.goals, names)],
-        "swings": [_swing(swing, match, said, names) for swing in swings(played)],
+        "swings": [_swing(swing, match, said, names) for swing in swung],
+        "decided": decided,
+        "tiles": _tiles(match, counts[0]),
         "swing_s": SWING_S, "found": found_words(moments.summary.sure),
         "over_time": each, "strips": [
             {"name": name, "blank": blank if any(getattr(part, of) is None for part in each) else "",
@@ -172,17 +185,49 @@ def _half(match: LeagueMatch) -> float | None:
 def _swing(
     swing: Swing, match: LeagueMatch, said: Sequence[dict[str, Any]], names: Mapping[str, str]
 ) -> dict[str, Any]:
-    """A swing in words: what the commentary tells of it, else who had the ball before and after."""
+    """A swing in words: what the commentary tells of it, else who had the ball, and where.
+
+    Its time is that of a goal in it, else of the first other event that is told, else of its end.
+    """
     start_s, end_s = swing.start_ns / 1e9, swing.end_ns / 1e9
-    told = [line["says"] for line in said
+    told = [line for line in said
             if start_s <= line["seconds"] <= end_s + _AFTER_S and line["kind"] != "possession"]
-    held = match.possession.select("start_ns", "end_ns", pl.col("team").cast(pl.String))
-    had = [held.filter(pl.col("start_ns") <= at, pl.col("end_ns") > at)["team"].to_list() for at in (
-        swing.start_ns, swing.end_ns)]
-    first, then = (names[each[0]] if each else "nobody" for each in had)
-    words = f"{first} had the ball, then {then}." if first != then else f"{first} had the ball."
-    return swing._asdict() | {"at": before(start_s), "seconds": start_s,
-                              "says": " ".join(told) or words[:1].upper() + words[1:]}
+    event = next((line for line in told if line["kind"] == "goal"), told[0] if told else {"seconds": end_s})
+    first, then = (_had(match, at, names) for at in (swing.start_ns, swing.end_ns))
+    words = f"{first}, then {then}." if first != then else f"{first}."
+    says = " ".join(line["says"] for line in told) or words[:1].upper() + words[1:]
+    return swing._asdict() | {
+        "at": before(min(start_s, event["seconds"])), "seconds": event["seconds"], "says": says}
+
+
+def _had(match: LeagueMatch, t_ns: int, names: Mapping[str, str]) -> str:
+    """The team that had the ball at a moment, and the third where the ball was, in words."""
+    held = match.possession.filter(pl.col("start_ns") <= t_ns, pl.col("end_ns") > t_ns)
+    who = f"{names[held['team'][0]]} had the ball" if len(held) else "nobody had the ball"
+    ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("t_ns") <= t_ns).sort("t_ns").tail(1)
+    if ball.is_empty():
+        return who
+    x, sixth = float(ball["x"][0]), match.pitch.length / 6
+    if abs(x) <= sixth:
+        return f"{who} in the middle third"
+    return f"{who} in the third of {names[SIDES[0] if x < 0 else SIDES[1]]}"
+
+
+def _tiles(match: LeagueMatch, counts: Mapping[str, Numbers]) -> list[dict[str, str]]:
+    """The numbers that everybody asks for first, home's then away's."""
+    def both(name: str, of: Callable[[Any], str]) -> str:
+        values = [getattr(counts[side], name) for side in SIDES]
+        return " : ".join("–" if value is None else of(value) for value in values)
+
+    tried = match.pass_attempts
+    rows = [("possession", both("possession", "{:.0%}".format)), ("shots on target", both("shots", str)),
+            ("past the post", both("wide", str)), ("expected goals (xG)", both("xg", "{:.1f}".format))]
+    if not tried.is_empty():
+        shares = [tried.filter(pl.col("team") == side).select((pl.col("came") == "arrives").mean()).item()
+                  for side in SIDES]
+        rows.append(("of the passes tried arrive", " : ".join(
+            "–" if share is None else f"{share:.0%}" for share in shares)))
+    return [{"says": says, "value": value.replace("%", "\u00a0%")} for says, value in rows]
 
 
 def _goals(

@@ -112,7 +112,7 @@ function fold(holder, changed) {
   const button = document.createElement("button");
   button.type = "button";
   button.className = "more";
-  button.textContent = `Show all ${holder.children.length} ${holder.id}`;
+  button.textContent = holder.id ? `Show all ${holder.children.length} ${holder.id}` : `${holder.children.length - holder.dataset.few} more goals`;
   (holder.closest("table") ?? holder).after(button);
   const unfold = () => { open = true; changed(); };
   button.addEventListener("click", () => {
@@ -202,6 +202,10 @@ function orders() {
 addEventListener("DOMContentLoaded", () => {
   document.querySelectorAll(".clip").forEach(clip);
   document.querySelectorAll(".sortable").forEach(sortable);
+  document.querySelectorAll("ol[data-few]").forEach((goals) => {
+    const few = fold(goals, () => few.cut(true));
+    few.cut(true);
+  });
   filters();
   orders();
 });
