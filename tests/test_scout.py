@@ -22,12 +22,15 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.folder import Folder
+from pitchlore.pipeline.views.scout.content.keeper import verdict
 from pitchlore.pipeline.views.scout.content.matches import menu, newest_first
 from pitchlore.pipeline.views.scout.content.sources import played, team_name
+from pitchlore.pipeline.views.scout.content.teams import better
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
 from pitchlore.pipeline.views.scout.facts import LEAST_MATCHES, Numbers, by_lead, over_matches, trend
 from pitchlore.pipeline.views.scout.gallery import clips
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pitchlore.pipeline.views.scout.restarts import Share
 from pitchlore.pipeline.views.scout.swings import (
     deciding,
     drawn_lines,
@@ -109,7 +112,7 @@ def test_order():
 
 
 def test_intervals_of_few_matches():
-    """Below four matches there is no interval, nor where it leads from 0 to twice the mean; a share ends at 1."""
+    """Below four matches there is no interval; one from 0 to twice the mean is marked; a share ends at 1."""
     one = Numbers(0.5, 0.5, 30, 0, 2, 0, 1, 4, 5, 6)
     found = over_matches([(one, 1.0)])
     assert (found["passes"].mean, found["passes"].low) == (300.0, None)
@@ -118,8 +121,9 @@ def test_intervals_of_few_matches():
     assert LEAST_MATCHES == 4
     assert (three["passes"].low, three["passes"].n) == (None, 3), "three and three can be dealt out in 20 ways only"
     assert four["passes"].low < 305.0 < four["passes"].high
-    assert four["shots"] == (10.0, None, None, 4), "from 0 to 28 says nothing"
-    assert (four["wide"], four["possession"]) == ((0.0, 0.0, 0.0, 4), (0.5, None, None, 2)), "two that are alike tell of no spread"
+    assert four["shots"] == (10.0, 0.0, pytest.approx(28.4, abs=0.1), 4, True), "from 0 to 28 says nothing"
+    assert not four["passes"].varies
+    assert (four["wide"][:4], four["possession"][:4]) == ((0.0, 0.0, 0.0, 4), (0.5, None, None, 2)), "two that are alike tell of no spread"
     far = over_matches([(one._replace(possession=share), 1.0) for share in (0.99, 0.99, 0.9, 0.1)])
     assert (far["possession"].low, far["possession"].high) == (pytest.approx(0.057, abs=0.001), 1)
 
@@ -348,20 +352,63 @@ def test_analysis_is_that_of_sql(store, pages):
 
 
 def test_striker_is_that_of_sql(store, pages):
-    """The report says which robot is its striker and what it did, as SQL counts it, over both its matches."""
+    """The report says which robot is its striker, and what was done by the striker of the moment, as SQL counts it."""
     asked = ask(refresh(store)[0], """
         with own as (select match_id, side as team from sides where team = 'blue'),
-             first as (select robot, round(100 * avg((role = 'striker')::int)) as share from trajectories semi join own using (match_id, team)
-                       where role is not null and segment is not null group by all order by avg((role = 'striker')::int) desc, robot limit 1)
-        select robot, share, (select count(*) from goals semi join own using (match_id, team) where robot = first.robot and kind <> 'error'),
-               (select count(*) from shots semi join own using (match_id, team) where robot = first.robot),
-               (select count(*) from passes semi join own using (match_id, team) where robot = first.robot),
-               (select count(*) from possession semi join own using (match_id, team) where last_robot = first.robot and ended = 'lost')
+             seen as (select * from trajectories semi join own using (match_id, team)),
+             first as (select robot, round(100 * avg((role = 'striker')::int)) as share from seen
+                       where role is not null and segment is not null group by all order by avg((role = 'striker')::int) desc, robot limit 1),
+             did as (select match_id, team, robot, t_ns, 'goal' as what from goals where kind is null or kind <> 'error' union all
+                     select match_id, team, robot, t_ns, 'pass' from passes union all
+                     select match_id, team, last_robot, end_ns, 'lost' from possession where ended = 'lost'),
+             by_striker as (select what, count(*) as n from (select * from did semi join own using (match_id, team)) d
+                            asof join seen s on d.match_id = s.match_id and d.team = s.team and d.robot = s.robot and d.t_ns >= s.t_ns
+                            where s.role = 'striker' group by all)
+        select robot, share, (select n from by_striker where what = 'goal'),
+               (select count(*) from shots semi join own using (match_id, team) where role = 'striker'),
+               (select n from by_striker where what = 'pass'), (select n from by_striker where what = 'lost')
         from first""").row(0)
     page = text_of(pages, f"against/{team_name('blue', 'vsss').slug}.html").partition("Its striker")[2]
-    said = re.search(r"Robot (\d+) plays striker for (\d+).*?In all its roles robot \d+ made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
+    said = re.search(r"Robot (\d+) plays striker for (\d+).*?its robots made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
     assert said is not None
     assert tuple(map(int, said.groups())) == asked
+    assert 'aria-label="shots of its striker' in page
+
+
+def test_keeper_is_that_of_sql(store, pages):
+    """A team's page and the report on it have one number of saves, that of SQL, beside the league's other keepers."""
+    own, reached, saved, others, kept = ask(refresh(store)[0], """
+        with faced as (select f.team = 'blue' as own, outcome from shots s join sides f on f.match_id = s.match_id and f.side <> s.team
+                       where f.kind = 'vsss')
+        select count(*) filter (own and outcome <> 'wide'), count(*) filter (own and outcome in ('saved', 'goal')),
+               count(*) filter (own and outcome = 'saved'), count(*) filter (not own and outcome in ('saved', 'goal')),
+               count(*) filter (not own and outcome = 'saved') from faced""").row(0)
+    slug = team_name("blue", "vsss").slug
+    shown = text_of(pages, f"teams/{slug}.html").partition('id="keeper"')[2]
+    rows = re.findall(r'<th scope="row">[^<]*</th><td>(\d+)<td>(\d*)', shown)[:3]
+    assert rows == [(str(own), ""), (str(reached), str(saved)), (str(others), str(kept))]
+    said = re.search(r"Of (\d+) shots? on target.*?Of (\d+) that reached it, it saved (\d+)", text_of(pages, f"against/{slug}.html"))
+    assert tuple(map(int, said.groups())) == (own, reached, saved)
+
+
+def test_keepers_differ():
+    """Newcombe's interval of two shares' difference: his example (a) is told from chance, equal shares are not."""
+    assert verdict(Share(56, 70, 0, 1), Share(48, 80, 0, 1)) == "It saves more than the others: +20 percentage points [+5, +33]."
+    assert verdict(Share(48, 80, 0, 1), Share(56, 70, 0, 1)).startswith("It saves less")
+    assert "not larger than chance" in verdict(Share(5, 10, 0, 1), Share(50, 100, 0, 1))
+    assert verdict(None, Share(5, 10, 0, 1)).startswith("Too few")
+
+
+def test_is_it_better():
+    """The newer half beside the older one begins with a sentence: what changed, and other adversaries."""
+    bears, wolves = team_name("Bears", "vsss"), team_name("Wolves", "vsss")
+    rows = [{"against": each} for each in (bears, wolves) * 2 + (bears, bears, wolves, wolves)]
+    level, moved = {"label": "goals", "beyond": False}, {"label": "passes", "beyond": True}
+    assert better(rows, {"a": level}) == ["No difference between the two halves is larger than chance gives (the older 4 matches against the newer 4).", "Both halves have the same adversaries."]
+    said = better([*rows[:6], rows[0], rows[0]], {"a": level, "b": moved})
+    assert said[0].startswith("Changed by more than chance gives: passes (")
+    assert said[1] == "The adversaries differ, too: the older half has Bears twice and Wolves twice; the newer half has Bears 4 times and no Wolves."
+    assert "cannot be told" in better(rows[:7], {})[0]
 
 
 def test_matches_without_analysis(store, tmp_path):
@@ -399,6 +446,14 @@ def test_clips_play(pages, page):
     before = canvas.evaluate(pixels)
     page.wait_for_timeout(400)
     assert canvas.evaluate(pixels) == before
+    sides = page.locator(".clip").evaluate_all("them => them.map((it) => [it.dataset.team, 'turned' in it.dataset])")
+    assert sides
+    assert all(turned == (team == "away") for team, turned in sides), "the page's own team is always drawn as home"
+    assert page.evaluate("""(() => {
+        const now = turned({ teams: { home: "A", away: "B" }, robots: [{ team: "home", id: 1 }], pose: () => ({ x: 1, y: -2, heading: 0 }),
+                             goalAt: () => ({ goal: [5, "away", 3, "direct"], stopped: true }) }), at = now.pose();
+        return [now.teams.home, now.robots[0].team, at.x, at.y, Math.cos(at.heading), now.goalAt(9).goal[1], now.worn ?? null];
+    })()""") == ["B", "away", -1, 2, -1, "home", None]
 
 
 def test_tables_sort_and_filter(pages, page):

@@ -70,8 +70,8 @@ def test_numbers_of_both(store, league):
         "goals": sum(a for a, _ in goals), "against": sum(b for _, b in goals)}
     home = found["teams"][0]
     assert (home["name"], home["matches"]) == ("blue", 2)
-    mean, low, high, n = home["numbers"]["shots"]
-    assert (low, high, n) == (None, None, 2), "two matches have no interval"
+    mean, low, high, n, varies = home["numbers"]["shots"]
+    assert (low, high, n, varies) == (None, None, 2, False), "two matches have no interval"
     assert mean == pytest.approx(10 * sum(lines[it.name]["numbers"]["home"]["shots"] for it in league) / 2)
 
 
@@ -134,10 +134,11 @@ def test_compares(pages, page):
     page.select_option("#matches [data-side='0']", ids[1])
     page.select_option("#matches [data-side='1']", ids[1])
     cells = matches.locator("tbody tr").first.locator("td").all_inner_texts()
-    assert cells[:2] == cells[2:4], "a match is like itself"
-    assert cells[4:] == ["0", "0"], "and differs by nothing"
+    assert cells[2:4] == cells[4:], "a match is like itself"
+    assert cells[:2] == ["0", "0"], "and differs by nothing: that stands first"
     sets = page.locator("#sets .found tbody tr")
-    assert sets.first.locator("td").all_inner_texts()[:3] == ["1", "", "1"]
+    assert sets.first.locator("td").all_inner_texts()[2:5] == ["1", "", "1"]
+    assert page.locator("#sets .found p").first.inner_text().startswith("Too few matches to tell a difference from chance (1 match against 1)")
     assert sets.nth(1).locator("th").inner_text() == "won – drawn – lost"
     page.reload()
     assert page.locator("#matches [data-side='0']").input_value() == ids[1]
@@ -170,6 +171,16 @@ def test_no_test_of_few_matches(pages, page):
     stars = page.evaluate("""[[1, null, null, 2], [1, 1, 1, 4]].map((one) => apart(one, one.map((it) => it && it + 1), false, true))""")
     assert stars == ["+1.0", "★ +1.0 ± 0.0"]
     assert page.evaluate("interval([48.8, null, null, 2], false)") == "48.8 too few matches"
+    assert page.evaluate("interval([48.8, 0, 99, 4, true], false)") == "48.8 varies too much"
+    said = page.evaluate("""[1, 9].map((to) => { const key = league.measures[0][1], of = (at) => Object.fromEntries(
+        league.measures.map(([, name]) => [name, name === key ? [at, at - 1, at + 1, 4, false] : null]));
+        return answered([{ numbers: of(1), against: of(1) }, { numbers: of(to), against: of(1) }], [4, 4], true); })""")
+    assert said == ["No difference between these sets is larger than chance gives (4 matches against 4).",
+                    "More than chance gives changed: goals (+8.0 ± 1.4) (4 matches against 4); of 2 numbers chance alone makes about 0.1 so."]
+    met = page.evaluate("""(() => { league.matches = [["a", "Bears"], ["b", "Bears"], ["c", "Wolves"]].map(([id, name]) => ({ id, names: ["Foxes", name] }));
+        return [["a"], ["c"]].map((second) => adversaries([{ matches: ["a", "b"] }, { matches: second }], ["Foxes", "Foxes"])); })()""")
+    assert met == ["The adversaries differ, too: the first set has Bears twice; the second set has Bears once.",
+                   "The adversaries differ, too: the first set has Bears twice and no Wolves; the second set has no Bears and Wolves once."]
 
 
 def test_partner_of_a_team(pages, page):

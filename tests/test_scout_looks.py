@@ -83,7 +83,7 @@ def test_every_picture_says_who_attacks(store, pages):
 
 def test_one_match_is_no_number():
     """The report on one match says so."""
-    facts = {"team": {"name": "a", "kind": "vsss", "slug": "a"}, "behaviours": [], "worse": [], "sentences": [], "menu": [], "made": "", "known": False}
+    facts = {"team": {"name": "a", "kind": "vsss", "slug": "a"}, "behaviours": [], "worse": [], "sentences": [], "menu": [], "made": "", "known": False, "card": None}
     for matches, said in ((1, "last match ·"), (3, "last 3 matches ·"), (11, "last 11 matches ·")):
         assert f"from its {said}" in render("opponent", **facts, counted=matches_in_words(matches, 0)).decode()
 

@@ -161,6 +161,19 @@ def cards(store: Store, mine: str = "") -> list[Card]:
     return _cards(store, catalogue, mine)[0]
 
 
+def cards_of(store: Store, names: Sequence[str]) -> dict[tuple[str, str], Card]:
+    """The cards of all teams of some names, by name and league.
+
+    Args:
+        store: the data folder; its catalogue is brought up to date.
+        names: the teams' names; one may be that of teams of several leagues.
+    """
+    catalogue, _ = refresh(store)
+    (every,) = ask_each(catalogue, [_TEAMS])
+    teams = [(name, kind) for name, kind in every.iter_rows() if name in names]
+    return dict(zip(teams, _of_teams(store, catalogue, teams), strict=True))
+
+
 def _cards(store: Store, catalogue: Path, mine: str) -> tuple[list[Card], list[tuple[str, str]]]:
     """The cards, and names and leagues of all teams, sorted."""
     newest, every = ask_each(catalogue, [_NEWEST, _TEAMS])
@@ -175,13 +188,18 @@ def _cards(store: Store, catalogue: Path, mine: str) -> tuple[list[Card], list[t
     else:
         rows = newest.rows(named=True)
         teams = list(dict.fromkeys((row[side], row["kind"]) for row in rows for side in ("home", "away")))
+    return _of_teams(store, catalogue, teams), known
+
+
+def _of_teams(store: Store, catalogue: Path, teams: Sequence[tuple[str, str]]) -> list[Card]:
+    """The cards of some teams, each a name and a league."""
     names = list(dict.fromkeys(name for name, _ in teams))
     tables = ask_each(catalogue, [_ANSWERS, _GOALS, _SHOWN, _EACH], [names]) if teams else []
     of_team = {(team, kind): [table.filter(team=team, kind=kind) for table in tables] for team, kind in teams}
     last = {kind: str(own[-1]["match_id"][-1]) for (_, kind), own in of_team.items()}
     few = few_goals(store, {kind: made for kind, match in last.items()
                             if (made := store.receipt("values", match)) is not None})
-    return [_card(*team, *own)._replace(few=few.get(team[1], "")) for team, own in of_team.items()], known
+    return [_card(*team, *own)._replace(few=few.get(team[1], "")) for team, own in of_team.items()]
 
 
 def _card(

@@ -76,10 +76,13 @@ TERMS = (
          "Seen too seldom to say: fewer than five times, or the 95 % interval has no change in it.",
          "(?<=: )too few"),
     Term("too-few-matches", "Too few matches",
-         "Fewer than four matches, or matches that differ so much that the 95 % interval of their mean "
-         "reaches from 0 to twice the mean. A difference is told from chance from four matches a side on: "
+         "Fewer than four matches. A difference is told from chance from four matches a side on: "
          "six can be dealt out as three and three in 20 ways only, so that no test goes below one in ten.",
          "too few matches"),
+    Term("varies", "Varies too much",
+         "From match to match it differs so much that the 95 % interval of its mean reaches from 0 to twice "
+         "the mean.",
+         "varies too much"),
     Term("interval", "95 % interval",
          "Where a number lies as far as chance goes. Of a hundred such intervals about five miss it.",
          "95[ \\u00a0]% intervals?"),

@@ -244,13 +244,15 @@ def by_lead(match: MatchTables) -> dict[str, dict[str, ByLead]]:
 class Mean(NamedTuple):
     """A mean over matches with its 95 % interval (Student's t).
 
-    It has no ends below :data:`LEAST_MATCHES` matches.
+    It has no ends below :data:`LEAST_MATCHES` matches. It ``varies`` too much to be shown with its interval
+    if that leads from 0 to twice the mean.
     """
 
     mean: float
     low: float | None
     high: float | None
     n: int
+    varies: bool = False
 
 
 def mean_number(values: Sequence[float]) -> Mean | None:
@@ -265,7 +267,7 @@ def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None
     """A team over its matches: means of shares, and of counts in each ten minutes.
 
     No end of an interval is below 0, and that of a share is not above 1: no such number is. An interval that
-    reaches from 0 to twice the mean says nothing: its ends are None, for want of matches.
+    reaches from 0 to twice the mean says nothing of the mean, which is marked; a difference may use it.
 
     Args:
         each: the team's numbers in each match, and its minutes.
@@ -312,5 +314,5 @@ def _within(mean: Mean | None, most: float | None) -> Mean | None:
         return mean
     low, high = max(mean.low, 0.0), mean.high if most is None else min(mean.high, most)
     if low == 0.0 and high >= 2 * mean.mean > 0:
-        return mean._replace(low=None, high=None)
+        return mean._replace(low=low, high=high, varies=True)
     return mean._replace(low=low, high=high)

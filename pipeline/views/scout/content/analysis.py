@@ -9,34 +9,42 @@ import numpy as np
 import polars as pl
 from markupsafe import Markup
 
-from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.game.pitch import Kind, Pitch
+from pitchlore.pipeline.settings import AnalysisSettings
+from pitchlore.pipeline.stages.analysis.efforts import efforts
+from pitchlore.pipeline.stages.analysis.paces import paces
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, over_sides
-from pitchlore.pipeline.views.scout.facts import PARTS, means_of_parts
+from pitchlore.pipeline.views.scout.facts import PARTS, halves, means_of_parts
 from pitchlore.pipeline.views.scout.pictures import Mark, on_pitch
 from pitchlore.schemas import SIDES
 from pitchlore.schemas.analysis import PHASES
 
 
 def analysed(
-    sides: Sequence[tuple[LeagueMatch, str]], roles: Mapping[int, str], style: str = "home"
+    sides: Sequence[tuple[LeagueMatch, str]], roles: Mapping[int, str], style: str = "home",
+    ran: Sequence[Mapping[str, Sequence[float]]] = ()
 ) -> dict[str, Any] | None:
     """Content of the section about a team's sides in matches; None where the stage has not run yet.
 
     Each row has a label, the value of the team and of its adversaries (None where not known), and a unit:
     share, or the digits after the point. The network is drawn on the newest match's pitch. ``roles`` are
-    those of the team's robots in words.
+    those of the team's robots in words. ``ran`` is what :func:`in_halves` gives for each match.
     """
     if over_sides(sides, LeagueMatch.efforts).is_empty():
         return None
-    own, other = (_numbers(sides, own=own) for own in (True, False))
+    own, other = (_numbers(sides, own=own) | _halves(sides, ran, own=own) for own in (True, False))
     pitch = sides[-1][0].pitch
+    fast, sprint = paces(pitch.kind)
     tried = over_sides([side for side in sides if side[0].pitch == pitch], LeagueMatch.pass_attempts)
     running = over_sides(sides, LeagueMatch.efforts).group_by("robot").agg(
         pl.col("seconds", "distance", "fast", "sprints").sum(), pl.col("top_speed").max(),
         pl.col("space").mean()).sort("robot")
     return {
         "rows": [{"label": label, "unit": unit, "own": own[name], "other": other[name]}
-                 for label, name, unit in _ROWS if own[name] is not None or "stamina" not in name],
+                 for label, name, unit in _ROWS
+                 if own.get(name) is not None or name not in _SOMETIMES],
+        "paces": f"Fast is from {fast:.2f} m/s, a sprint from {sprint:.2f} m/s: "
+                 f"{_PACES[pitch.kind is Kind.HUMAN]}.",
         "network": network(tried, pitch, style),
         "running": [row | {"role": roles.get(row["robot"], "")} for row in running.to_dicts()]}
 
@@ -46,6 +54,7 @@ _ROWS = (
     ("passes tried", "tried", "0"), ("of these arrive", "arrive", "share"),
     ("of these are intercepted", "intercepted", "share"),
     ("distance of all, m a match", "covered", "0"),
+    ("of this in the first half", "first_half", "0"), ("in the second half", "second_half", "0"),
     ("distance of all, m a minute", "covered_a_minute", "1"),
     ("distance of a robot, m a minute", "distance", "1"), ("of this fast", "fast", "share"),
     ("sprints of a robot, each 10 minutes", "sprints", "1"), ("top speed, m/s", "top", "2"),
@@ -56,6 +65,36 @@ _ROWS = (
     ("stamina of a player, mean", "stamina", "0"), ("least stamina of a player", "least_stamina", "0"),
     *((f"of its possession: {phase}", phase, "share") for phase in PHASES),
 )
+
+
+#: Numbers that only some leagues or matches have.
+_SOMETIMES = ("stamina", "least_stamina", "first_half", "second_half")
+#: Why a pace is that of a league: of robots, of people.
+_PACES = ("60 % and 90 % of the top cruising speed of its league, so that short stretches count, too",
+          "as football counts")
+
+
+def in_halves(match: LeagueMatch) -> dict[str, list[float]]:
+    """Distance that each side's robots cover in each half of a match, m, as the table efforts counts."""
+    spaces = pl.DataFrame(schema={"team": pl.String, "robot": pl.Int16, "space": pl.Float64})
+    found: dict[str, list[float]] = {side: [] for side in SIDES}
+    for _, start, end in halves(match):
+        own = match.trajectories.filter(pl.col("t_ns").is_between(start, end, closed="left"))
+        ran = efforts(own, spaces, match.pitch, AnalysisSettings())
+        for side in SIDES:
+            found[side].append(float(ran.filter(pl.col("team") == side)["distance"].sum()))
+    return found
+
+
+def _halves(
+    sides: Sequence[tuple[LeagueMatch, str]], ran: Sequence[Mapping[str, Sequence[float]]], *, own: bool
+) -> dict[str, float | None]:
+    if not ran:
+        return {}
+    of = [each[side if own else SIDES[1 - SIDES.index(side)]]
+          for (_, side), each in zip(sides, ran, strict=True)]
+    return {name: sum(each[at] for each in of) / len(of)
+            for at, name in enumerate(("first_half", "second_half"))}
 
 
 def _share(part: float, of: float) -> float | None:

@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.views.scout.content.league import standing_of
-from pitchlore.pipeline.views.scout.content.matches import MEASURES
+from pitchlore.pipeline.views.scout.content.matches import COUNTED, MEASURES
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
     TeamName,
@@ -49,7 +49,7 @@ def numbers_script(
         "codes": TITLES,
         "matches": [{
             "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
-            "score": lines[match.name]["score"],
+            "score": lines[match.name]["score"].removesuffix(COUNTED),
             "numbers": [lines[match.name]["numbers"][side] for side in SIDES],
         } for match in league],
         "teams": [{
@@ -60,6 +60,8 @@ def numbers_script(
         "sets": [{
             "says": f"{team.name} ({team.kind}), {says}", "team": team.slug,
             "matches": [it.name for it in own], **_both(team, own, lines),
+            "under": {name: {"matches": [it.name for it in some], **_both(team, some, lines)}
+                      for name, some in under(team, own)} if _dated(says) else {},
         } for team in teams for says, own in sets_of(team, league, lines)],
         "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}
                      for manifest in versions],
@@ -99,6 +101,17 @@ def sets_of(
                    [match for match in own if (robot in robots[match.name]) is there])
                   for word, there in (("with", True), ("without", False))]
     return [(says, some) for says, some in found if 0 < len(some) < len(own)][:SETS]
+
+
+def under(team: TeamName, own: Sequence[LeagueMatch]) -> list[tuple[str, list[LeagueMatch]]]:
+    """Each adversary with those of a team's matches that are against it; none where there is one."""
+    others = sorted({side.name for match in own for side in (match.home, match.away)} - {team.name})
+    return [(name, [match for match in own if name in (match.home.name, match.away.name)])
+            for name in others] if len(others) > 1 else []
+
+
+def _dated(says: str) -> bool:
+    return says.startswith(("before ", "from "))
 
 
 def versions(store: Store) -> list[Manifest]:

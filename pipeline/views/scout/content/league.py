@@ -8,6 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from pitchlore.pipeline.views.scout.content.matches import COUNTED
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played
 from pitchlore.schemas import SIDES
 
@@ -52,5 +53,6 @@ def _row(match: LeagueMatch, line: Mapping[str, Any]) -> dict[str, Any]:
         "territory": Markup(line["picture"]),  # noqa: S704 (pipeline.views.scout.pictures made it)
         "possession": numbers["home"]["possession"],
         "shots": [numbers[side]["shots"] for side in SIDES],
-        **{name: line[name] for name in ("score", "seconds", "kind", "date", "flaws")},
+        "score": line["score"].removesuffix(COUNTED), "counted": line["counted"],
+        **{name: line[name] for name in ("seconds", "kind", "date", "flaws")},
     }

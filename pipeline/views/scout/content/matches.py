@@ -13,10 +13,11 @@ from pitchlore.pipeline.views.commentary import Commentary
 from pitchlore.pipeline.views.commentary.summary import found_words
 from pitchlore.pipeline.views.commentary.words import side_names, time_elapsed
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, reported_changes
-from pitchlore.pipeline.views.scout.content.analysis import analysed, space_over_time
+from pitchlore.pipeline.views.scout.content.analysis import analysed, in_halves, space_over_time
 from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
 from pitchlore.pipeline.views.scout.content.chances import rests_on, shot_words, size, with_chances
 from pitchlore.pipeline.views.scout.content.flaws import flaws
+from pitchlore.pipeline.views.scout.content.keeper import faced_of
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName
 from pitchlore.pipeline.views.scout.facts import (
     Numbers,
@@ -55,6 +56,8 @@ MEASURES = (
     ("balls lost to the adversary", "lost", False),
     ("times a robot pressed", "pressed", False), ("of these won the ball", "won", False),
 )
+#: Stands after a score that nobody tells.
+COUNTED = " counted"
 #: What the clip of a goal shows.
 _HOW = "how it came"
 #: Seconds before an event at which its link opens the replay.
@@ -76,7 +79,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
                  f"goal for {names[team] if team else 'nobody knows whom'} at {time_elapsed(t_ns)}",
                  f"../matches/{match.name}.html#goal-{place}")
         for place, (t_ns, team) in enumerate(match.goals.sort("t_ns").select("t_ns", "team").iter_rows(), 1)]
-    played, said = stretches(match.values), _reported(moments)
+    played, said, ran = stretches(match.values), _reported(moments), in_halves(match)
     drawn, decided = drawn_lines(played, row["duration_s"]), deciding(match.goals)
     swung = swings(drawn)
     return {
@@ -88,7 +91,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
             (f"{names[side]}: {label}", changes[side][name])
             for side in SIDES for label, name, _ in MEASURES]),
         "analysed": [{"name": names[side], "key": side, "facts": facts} for side in SIDES
-                     if (facts := analysed([(match, side)], answers[side]["roles"], side))],
+                     if (facts := analysed([(match, side)], answers[side]["roles"], side, [ran]))],
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
         "top": on_top(drawn, goals, "who is on top", row["duration_s"], _half(match), swung),
@@ -127,7 +130,8 @@ def line(match: LeagueMatch, kept: MatchAnswers) -> dict[str, Any]:
         "flaws": _flaws(match), "numbers": {side: it._asdict() for side, it in own.items()},
         "any_moment": {side: list(it) for side, it in any_moment(
             match.trajectories, match.shots, match.referee).items()},
-        **kept._asdict(),
+        "faced": {side: faced_of(match.shots.filter(pl.col("team") != side)) for side in SIDES},
+        "ran": in_halves(match), **kept._asdict(),
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }
@@ -161,7 +165,7 @@ def _changes(
 
 def shown_score(goals: Iterable[int | None], *, counted: bool) -> str:
     """A score in words; what is not known is a question mark. ``counted`` as by :func:`is_counted`."""
-    return " : ".join("?" if it is None else str(it) for it in goals) + " counted" * counted
+    return " : ".join("?" if it is None else str(it) for it in goals) + COUNTED * counted
 
 
 def _flaws(match: LeagueMatch) -> str:

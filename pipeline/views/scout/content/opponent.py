@@ -9,10 +9,14 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
+from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.card import Card
 from pitchlore.pipeline.views.commentary.words import enumerated
 from pitchlore.pipeline.views.scout.content.answers import goals_over, line_samples, robots_of, scores_by
+from pitchlore.pipeline.views.scout.content.chances import shots_over
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
+from pitchlore.pipeline.views.scout.content.keeper import faced_of
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
     TeamName,
@@ -21,11 +25,12 @@ from pitchlore.pipeline.views.scout.content.sources import (
     over_sides,
     sides_played,
 )
+from pitchlore.pipeline.views.scout.content.teams import shots_drawn
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.restarts import SOON_S, Share, came_soon, paid
 from pitchlore.pipeline.views.scout.scored import clip_of
+from pitchlore.pipeline.views.scout.shooting import outcome_words
 from pitchlore.pipeline.views.scout.zones import third, time_in
-from pitchlore.schemas import SIDES
 
 #: Matches that the report is made from, the newest; clips of a sentence.
 FROM, CLIPS = 20, 3
@@ -37,7 +42,7 @@ _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), 
 
 def opponent_facts(
     team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]],
-    gallery: dict[str, Any],
+    gallery: dict[str, Any], card: Card | None,
 ) -> dict[str, Any]:
     """Content of the report on a team.
 
@@ -46,13 +51,14 @@ def opponent_facts(
         matches: its matches.
         lines: the league's, by match.
         gallery: the facts of its behaviours.
+        card: sentences on what went with its winning and losing; None where that is not known.
     """
     last = matches[-FROM:]
     played = [(match, side) for match in last for side in sides_played(team, match)]
     behaviours = dangerous(gallery["cards"], gallery["sides"])
     pitch, faced = matches[-1].pitch, over_sides(played, LeagueMatch.shots, own=False)
     return {
-        "team": team, "counted": matches_in_words(len(last), against_itself(team, last)),
+        "team": team, "counted": matches_in_words(len(last), against_itself(team, last)), "card": card,
         "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
         "worse": dangerous(gallery["cards"], gallery["sides"], worse=True)[:_WORSE],
         "known": bool(gallery["cards"]),
@@ -78,7 +84,7 @@ def _spread(rows: pl.DataFrame) -> pl.DataFrame:
 
 
 def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
-    return {"title": title, "says": says, "clips": list(clips)}
+    return {"title": title, "says": says, "clips": list(clips), "picture": None}
 
 
 def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
@@ -129,27 +135,50 @@ def _conceded(played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame) ->
 def _striker(
     played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
-    """The robots that play as the team's striker, and what the one does that does so most."""
+    """The robots that play as the team's striker, and what they do while they are it."""
     often = time_in("striker", (line_samples(match, side, lines) for match, side in played))[:2]
     if not often:
         return _said("Its striker", "No striker was seen.")
     plays = [
         f"robot {robot} plays striker for {100 * share:.0f}\u00a0% of its time" for robot, share in often]
-    first = often[0][0]
-    shots, passes, lost, goals = (
-        over_sides(played, table).filter(pl.col(by) == first) for table, by in (
-            (LeagueMatch.shots, "robot"), (LeagueMatch.passes, "robot"),
-            (LeagueMatch.possession, "last_robot"), (LeagueMatch.goals, "robot")))
+    shots = shots_over(played).filter(role="striker")
+    passes, lost, goals = (_as_striker(played, table, robot, t_ns) for table, robot, t_ns in (
+        (LeagueMatch.passes, "robot", "t_ns"), (LeagueMatch.possession, "last_robot", "end_ns"),
+        (LeagueMatch.goals, "robot", "t_ns")))
     made = goals.filter(pl.col("kind").cast(pl.String).fill_null("") != "error")
     lost = lost.filter(pl.col("ended") == "lost")
     near = (f", half of them from less than {np.median(shots['distance'].to_numpy()):.2f} m"
             if shots.height > 1 else "")
+    clips = [clip_of(row, "its goal") for row in made.tail(CLIPS).iter_rows(named=True)] or [
+        _clip(row, row["t_ns"], f"its shot: {outcome_words(row['outcome'])}")
+        for row in _spread(shots).iter_rows(named=True)]
+    pitch = played[-1][0].pitch
+    same = shots.filter(pl.col("match_id").is_in([match.name for match, _ in played if match.pitch == pitch]))
     return _said(
         "Its striker",
-        f"{' and '.join(plays).capitalize()}. In all its roles robot {first} made"
+        f"{' and '.join(plays).capitalize()}. While they were the striker, its robots made"
         f" {number_of(made.height, 'goal')}, shot {number_of(shots.height, 'time')}{near}, made"
         f" {passes.height:,} passes that arrived, and lost the ball {number_of(lost.height, 'time')}.",
-        [clip_of(row, "its goal") for row in made.tail(CLIPS).iter_rows(named=True)])
+        clips) | ({"picture": shots_drawn(same, pitch, "shots of its striker"), "legend":
+                   "Filled shots are goals, dashed ones are wide. It attacks to the right."}
+                  if same.height else {})
+
+
+def _as_striker(
+    played: Sequence[tuple[LeagueMatch, str]], table: TableOf, robot: str, t_ns: str
+) -> pl.DataFrame:
+    """Rows of a table about a team's robots that were its striker then, by their last sample before."""
+    found = [table.schema.empty()]
+    for match, side in played:
+        roles = match.trajectories.filter(pl.col("team") == side).select(
+            "t_ns", "robot", then=pl.col("role").cast(pl.String)).sort("t_ns")
+        own = table.of(match).filter(pl.col("team") == side, pl.col(robot).is_not_null())
+        columns = own.columns
+        found.append(own.sort(t_ns, maintain_order=True).join_asof(
+            roles, left_on=t_ns, right_on="t_ns", by_left=robot, by_right="robot", strategy="backward",
+            check_sortedness=False, coalesce=False, suffix="_seen",
+        ).filter(pl.col("then") == "striker").select(columns))
+    return pl.concat(found)
 
 
 def _keeper(
@@ -169,13 +198,10 @@ def _keeper(
     out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
     robots = [f"robot {robot} for {100 * share:.0f}\u00a0% of its time" for robot, share in time_in(
         "goalkeeper", (line_samples(match, side, lines) for match, side in played))[:2]]
-    home = sum(side == SIDES[0] for _, side in played)
-    where = enumerated([f"the {goal} goal {of} (n = {count})" for goal, count, of in (
-        ("left", home, "as home"), ("right", len(played) - home, "as away")) if count])
     return _said(
         "Its keeper",
-        f"In goal is {enumerated(robots)}: {where}. It stands {out:.2f} m before its goal line and"
-        f" {aside:.2f} m from the middle (medians of {len(at):,} samples). {saves(faced)}",
+        f"In goal is {enumerated(robots)}. Half of the time it is more than {out:.2f} m before its goal line,"
+        f" and half of the time more than {aside:.2f} m beside the goal's middle. {saves(faced)}",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
          for row in _spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
 
@@ -186,18 +212,16 @@ def saves(shots: pl.DataFrame) -> str:
     Args:
         shots: rows of schema Shots, all at its goal.
     """
-    came = pl.col("outcome")
-    n, blocked, kept, missed, saved, conceded = (shots.filter(it).height for it in (
-        came != "wide", *(came == each for each in ("blocked", "own", "missed", "saved", "goal"))))
+    faced = faced_of(shots)
+    n, blocked, kept, missed, saved, conceded = faced
     aside = [f"other robots blocked {blocked}"]
     aside += [f"after {kept} the attackers kept the ball"] if kept else []
     aside += [f"{missed} reached nobody"] if missed else []
     says = f"Of {number_of(n, 'shot')} on target, {enumerated(aside)}."
-    reached = saved + conceded
-    if not reached:
+    if not faced.reached:
         return f"{says} None reached it."
-    share = f"{saved / reached:.0%}"
-    return f"{says} Of {reached} that reached it, it saved {saved} ({share}), and {conceded} went in."
+    share = f"{saved / faced.reached:.0%}"
+    return f"{says} Of {faced.reached} that reached it, it saved {saved} ({share}), and {conceded} went in."
 
 
 def _within(share: Share) -> str:

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.views.card import Card
 from pitchlore.pipeline.views.commentary import commentary
 from pitchlore.pipeline.views.scout.content import answers, copies, maps, opponent, replays
 from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import teams as team_pages
 from pitchlore.pipeline.views.scout.content.learned import Learned
-from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName
+from pitchlore.pipeline.views.scout.content.sources import Known, LeagueMatch, TeamName, side_of
 from pitchlore.pipeline.views.scout.pages import rendered
 
 
@@ -83,6 +84,8 @@ class TeamTodo(NamedTuple):
         sides: sides of the matches behind the knowledge that the team played.
         imitated: whether a policy imitates it.
         copied: its imitation; None without one.
+        keepers: shots that the league's other goalkeepers saved, and those that reached them.
+        card: sentences on what went with its winning and losing; None where that is not known.
     """
 
     team: TeamName
@@ -93,6 +96,8 @@ class TeamTodo(NamedTuple):
     sides: int
     imitated: bool
     copied: copies.Copied | None
+    keepers: tuple[int, int]
+    card: Card | None
 
     @property
     def kinds(self) -> list[str]:
@@ -121,15 +126,17 @@ def pages_of_team(
     makers: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         f"teams/{slug}.html": ("team", lambda: {
             "imitated": team.imitated, "copied": team.copied is not None,
-            **team_pages.team_facts(team.team, team.matches, team.lines)}),
+            **team_pages.team_facts(team.team, team.matches, team.lines, team.keepers)}),
         f"behaviours/{slug}.html": ("behaviours", shown),
         f"maps/{slug}.html": ("map", lambda: maps.maps_facts(team.team, team.known, behind)),
         f"against/{slug}.html": ("opponent", lambda: opponent.opponent_facts(
-            team.team, team.matches, team.lines, shown())),
+            team.team, team.matches, team.lines, shown(), team.card)),
         f"copies/{slug}.html": ("copy", lambda: {} if team.copied is None else copies.copy_facts(
             store, team.copied.at(store))),
     }
-    return {name: rendered(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
+    sides = side_of(team.team, team.matches)
+    return {name: rendered(makers[name][0], up="../", side_of=sides, **around, **makers[name][1]())
+            for name in pages}
 
 
 def _gallery(team: TeamTodo, behind: Learned) -> dict[str, Any]:

@@ -134,6 +134,11 @@ def sides_played(team: TeamName, match: LeagueMatch) -> list[str]:
     return [side for side, own in zip(SIDES, (match.home, match.away), strict=True) if own == team]
 
 
+def side_of(team: TeamName, matches: Sequence[LeagueMatch]) -> dict[str, str]:
+    """By match that a team plays in, its side; home, if it plays itself."""
+    return {match.name: sides[0] for match in matches if (sides := sides_played(team, match))}
+
+
 def matches_in_words(matches: int, itself: int) -> str:
     """A number of matches in words, and how many of them a team plays against itself."""
     says = f"{matches} {'match' if matches == 1 else 'matches'}"

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import polars as pl
+from markupsafe import Markup
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.commentary.words import enumerated
 from pitchlore.pipeline.views.scout.content.analysis import analysed
 from pitchlore.pipeline.views.scout.content.answers import team_answers
 from pitchlore.pipeline.views.scout.content.chances import known_in, shot_words, shots_over, size
+from pitchlore.pipeline.views.scout.content.keeper import keeper
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.matches import MEASURES, before, shown_score
 from pitchlore.pipeline.views.scout.content.sources import (
@@ -63,13 +67,22 @@ LISTED = 800
 PASSES = 200
 #: Outcomes of a match for a team, by the sign of its lead: drawn, won, lost.
 RESULTS = ("drawn", "won", "lost")
+_TIMES = {1: "once", 2: "twice"}
 _ATTACKS = "It attacks to the right."
 
 
 def team_facts(
-    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]]
+    team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]],
+    keepers: tuple[int, int],
 ) -> dict[str, Any]:
-    """Content of a team's page on its matches; ``lines`` are the league's, by match."""
+    """Content of a team's page on its matches.
+
+    Args:
+        team: the team.
+        matches: its matches.
+        lines: the league's, by match.
+        keepers: shots that the league's other goalkeepers saved, and those that reached them.
+    """
     rows = []
     leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
     moments, played = [], [(match, side) for match in matches for side in sides_played(team, match)]
@@ -84,7 +97,7 @@ def team_facts(
             against, goals = match.away if side == "home" else match.home, (ours["goals"], theirs["goals"])
             rows.append({
                 "id": match.name, "date": line["date"], "against": against, "possession": ours["possession"],
-                "score": shown_score(goals, counted=line["counted"]),
+                "score": shown_score(goals, counted=False), "counted": line["counted"],
                 "result": "" if None in goals else RESULTS[(goals[0] > goals[1]) - (goals[0] < goals[1])]})
     numbers = match_numbers(team, matches, lines)
     own, other = (over_matches(it) for it in numbers)
@@ -96,8 +109,10 @@ def team_facts(
         "answers": answers, "measures": MEASURES, "own": own, "other": other,
         "note": note_on(team.name), "trend_at": TREND_AT,
         "known": known_in(len(rows), (own["xg"], other["xg"])), "trends": trends,
+        "better": better(rows, trends) if len(rows) > 1 else [],
         "compared": any(it["since"] is not None for it in trends.values()),
-        "analysed": analysed(played, answers["roles"]),
+        "analysed": analysed(played, answers["roles"], ran=[lines[match.name]["ran"] for match, _ in played]),
+        "keeper": keeper(played, lines, keepers, answers["conceded"]["lost"]),
         "pictures": _pictures(team, matches), "tiles": _tiles(rows, numbers, own),
         "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
         "any": any_moment(moments),
@@ -143,10 +158,35 @@ def _tiles(
     return [*tiles, {"value": f"{shots[0]} : {shots[1]}", "says": "shots on target"}]
 
 
+def better(rows: Sequence[Mapping[str, Any]], trends: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """The newer half of a team's matches beside the older one in sentences, and whom it played in each.
+
+    Args:
+        rows: the matches, oldest first, each with the adversary.
+        trends: for each number ``beyond`` and its label.
+    """
+    if len(rows) < TREND_AT:
+        return [f"Whether it is better now cannot be told: halves are compared from {TREND_AT} matches on."]
+    older, newer = rows[:len(rows) // 2], rows[len(rows) // 2:]
+    counted = f"(the older {len(older)} matches against the newer {len(newer)})"
+    changed = [it["label"] for it in trends.values() if it["beyond"]]
+    says = [f"Changed by more than chance gives: {enumerated(changed)} {counted}." if changed else
+            f"No difference between the two halves is larger than chance gives {counted}."]
+    met = [Counter(row["against"].name for row in half) for half in (older, newer)]
+    if met[0] == met[1]:
+        return [*says, "Both halves have the same adversaries."]
+    every = sorted({*met[0], *met[1]})
+    told = [enumerated([
+        f"{name} {_TIMES.get(half[name], f'{half[name]} times')}" if half[name] else f"no {name}"
+        for name in every]) for half in met]
+    return [*says, (f"The adversaries differ, too: the older half has {told[0]}; "
+                    f"the newer half has {told[1]}.")]
+
+
 def _trend(label: str, values: Sequence[float | None]) -> dict[str, Any]:
     """A number's way over matches, as a picture and in words."""
     found = trend(values)
-    return found._asdict() | {"picture": spark(values, f"{label}, match by match")}
+    return found._asdict() | {"label": label, "picture": spark(values, f"{label}, match by match")}
 
 
 def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
@@ -170,7 +210,7 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     losses = over_sides(sides, LeagueMatch.possession).filter(pl.col("ended") == "lost")
     arrows, shots = over_sides(sides, LeagueMatch.passes), shots_over(sides)
     places = [places_of(match, side) for match in same[-8:] for side in sides_played(team, match)]
-    keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
+    place = pl.concat(places).filter(pl.col("role") == "goalkeeper")
     count = len(same[-8:])
     last = "its last match" if count == 1 else f"its last {count} matches"
     many = shots.height > SHOTS
@@ -178,8 +218,7 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     return [
         {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
             f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {_ATTACKS}",
-         "picture": on_pitch(pitch, "shots", marks=_shots(shots.tail(SHOTS)), cells=heat(
-             shots["x"].to_numpy(), shots["y"].to_numpy(), pitch) if many else None)},
+         "picture": shots_drawn(shots, pitch, "shots")},
         {"name": "Passes", "says": f"Passes that arrive: {arrows.height}{drawn}; arrows lead from pass to "
             f"receipt. {_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=[
@@ -187,15 +226,21 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
         {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
-        {"name": "Where its keeper is", "says": f"In {last}, while a team has the ball; n = "
-            f"{keeper.height:,} samples, every fifth. {_ATTACKS}",
+        {"name": "Where its keeper is", "says": f"In {last}, while a team has the ball: "
+            f"{place.height:,} samples. {_ATTACKS}",
          "picture": on_pitch(pitch, "where its keeper is", cells=heat(
-             keeper["x"].to_numpy(), keeper["y"].to_numpy(), pitch))},
+             place["x"].to_numpy(), place["y"].to_numpy(), pitch))},
         {"name": "Formation", "says": f"Mean places in {last}: filled with the ball, hollow while the "
-            f"adversary has it (G goalkeeper, M midfield, S striker); n = "
+            f"adversary has it (G goalkeeper, M midfield, S striker): "
             f"{sum(it.height for it in places):,} samples. {_ATTACKS}",
          "picture": formation(pl.concat(places), pitch)},
     ]
+
+
+def shots_drawn(shots: pl.DataFrame, pitch: Pitch, says: str) -> Markup:
+    """A picture of a team's last SHOTS shots; where there are more, all are shaded."""
+    return on_pitch(pitch, says, marks=_shots(shots.tail(SHOTS)), cells=heat(
+        shots["x"].to_numpy(), shots["y"].to_numpy(), pitch) if shots.height > SHOTS else None)
 
 
 def _shots(shots: pl.DataFrame) -> list[Mark]:

@@ -16,7 +16,7 @@ from pitchlore.pipeline.engine.placement.executors import executors
 from pitchlore.pipeline.engine.progress import RunReport, StageReport, listener
 from pitchlore.pipeline.engine.tasks import spread
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.views.card import cards
+from pitchlore.pipeline.views.card import cards, cards_of
 from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.few_goals import few_goals
 from pitchlore.pipeline.views.replay import linked
@@ -25,6 +25,7 @@ from pitchlore.pipeline.views.scout.content import matches as match_pages
 from pitchlore.pipeline.views.scout.content import policies as policy_pages
 from pitchlore.pipeline.views.scout.content import situations as situation_pages
 from pitchlore.pipeline.views.scout.content.folder import Folder
+from pitchlore.pipeline.views.scout.content.keeper import others
 from pitchlore.pipeline.views.scout.content.league import league_facts
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.pieces import MatchTodo, TeamTodo, of_matches, pages_of_team
@@ -35,7 +36,9 @@ from pitchlore.pipeline.views.scout.content.sources import (
     newest,
     played,
     readable,
+    side_of,
     sides_played,
+    team_name,
 )
 from pitchlore.pipeline.views.scout.content.teams import FROM, on_page
 from pitchlore.pipeline.views.scout.pages import page_files, rendered
@@ -98,23 +101,25 @@ def write_pages(
     policies = policy_pages.newest_policies(store, league)
     learned_of = danger.matches_learned(store, known, whole)
     copied = copies.copied_teams(store, teams, whole)
+    shown, told = cards(store, mine), cards_of(store, [team.name for team in teams])
     by_team = [TeamTodo(
         team, own := [match for match in league if team in (match.home, match.away)],
         {match.name: lines[match.name] for match in own}, known, league,
         sum(len(sides_played(team, match)) for match in learned_of),
-        any(policy.team == team for policy in policies), copied.get(team)) for team in teams]
+        any(policy.team == team for policy in policies), copied.get(team),
+        others(team, league, lines), told.get((team.name, team.kind))) for team in teams]
     keys = {it.team: digest(canonical([
         code, teams, few.get(it.team.kind), [match.key(match.sequences_digests) for match in it.matches],
         version, known and known.manifest.key, behind.key, it.imitated, it.sides,
-        it.copied and it.copied.key])) for it in by_team}
+        it.copied and it.copied.key, it.keepers, it.card])) for it in by_team}
     _teams(store, folder, by_team, keys, around | {
         "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
                                         for team, key in keys.items() if known is not None}, around)
     everything = digest(canonical([code, teams, few, every, [match.key() for match in league]]))
-    shown = cards(store, mine)
     folder.put("index.html", digest(canonical([everything, shown, mine])), lambda: rendered(
-        "league", **around, **league_facts(league, teams, lines, every), mine=mine, cards=shown))
+        "league", **around, **league_facts(league, teams, lines, every), mine=mine, cards=shown,
+        views=[side_of(team_name(card.team, card.kind), league) for card in shown]))
     folder.put("situations.html", everything, lambda: rendered(
         "situations", **around, **situation_pages.situation_facts(league)))
     versions = compare.versions(store)

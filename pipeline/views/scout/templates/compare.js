@@ -43,14 +43,16 @@ const plain = (value, share, digits = Number.isInteger(value) ? 0 : 2) => (value
 /** A mean over matches with its interval; Mean is a list: mean, low, high, n. */
 function interval(mean, share) {
   if (mean === null) return "–";
-  const [middle, low, high, n] = mean;
-  const ends = low === null ? (n > 1 ? " too few matches" : "") : ` [${plain(low, share, 1)}, ${plain(high, share, 1)}]`;
+  const [middle, low, high, n, varies] = mean;
+  const ends = varies ? " varies too much" : low === null ? (n > 1 ? " too few matches" : "") : ` [${plain(low, share, 1)}, ${plain(high, share, 1)}]`;
   return plain(middle, share, 1) + ends;
 }
 
-/** A table: text only, whatever the data hold. The first cell of each row is its head; `over` are [head, columns]. */
+/** A table: text only, whatever the data hold. The first cell of each row is its head; `over` are [head, columns, its short form]. */
 function table(heads, rows, over = []) {
   const made = document.createElement("table");
+  made.className = "stacks";
+  const above = over.flatMap(([content, columns, short]) => Array(columns).fill(short ?? content.textContent ?? content));
   if (over.length) {
     const row = made.createTHead().insertRow();
     for (const [content, columns] of [["", 1], ...over]) {
@@ -72,6 +74,7 @@ function table(heads, rows, over = []) {
     cells.forEach((text, i) => {
       const cell = row.appendChild(document.createElement(i ? "td" : "th"));
       if (i) cell.className = "n"; else cell.scope = "row";
+      if (i) cell.dataset.head = [above[i - 1], heads[i]].filter(Boolean).join(": "); // said above it on a phone
       if (text instanceof Node) cell.append(text);
       else if (typeof text === "object") [cell.textContent, cell.dataset.by] = text; // as it is shown, and as it sorts
       else cell.textContent = text;
@@ -108,6 +111,7 @@ function pair(id, choices, asked, show, preset, partner, chosen = () => {}) {
     section.querySelector(".found").replaceChildren(...show(sides[0].value, sides[1].value));
     chosen(sides.map((each) => each.value));
   };
+  section.querySelector("[data-under]")?.addEventListener("change", update);
   sides.forEach((select) => select.addEventListener("change", () => {
     history.replaceState(null, "", `#${id}=${sides.map((each) => encodeURIComponent(each.value)).join(",")}`);
     update();
@@ -162,13 +166,14 @@ function twoMatches(...ids) {
     made.textContent = `${match.id}: ${match.names[0]} ${match.score} ${match.names[1]}`;
     return made;
   };
-  const rows = league.measures.map(([label, key, share]) => [
+  const last = (row) => [row[0], ...row.slice(5), ...row.slice(1, 5)];
+  const rows = league.measures.map(([label, key, share]) => last([
     label, ...both.flatMap((match) => match.numbers.map((side) => plain(side[key], share))),
     ...both[0].numbers.map((side, i) => {
       const other = both[1].numbers[to[i]];
       return signed(less(side[key], other[key]), share, key === "xg" ? 2 : 0);
-    })]);
-  const found = [table(heads, rows, [[link(both[0]), 2], [link(both[1]), 2], ["second match less first", 2]])];
+    })]));
+  const found = [table(last(heads), rows, [["second match less first", 2, "second less first"], [link(both[0]), 2, "first"], [link(both[1]), 2, "second"]])];
   found.push(paragraph("Differences are of whole matches, of shares in percentage points; matches of other lengths are not made equal."));
   if (both[0].kind !== both[1].kind) found.unshift(paragraph("They are of two leagues: their counts are of other games."));
   return found;
@@ -207,8 +212,39 @@ function twoSides(both, heads, matches, independent) {
     label, ...both.flatMap(({ numbers, against }) => [interval(numbers[key], share), interval(against[key], share)]),
     ...["numbers", "against"].map((of) => apart(...both.map((it) => it[of][key]), share, independent))]);
   const columns = ["it", "its adversaries"];
-  return [table([TEN, ...columns, ...columns, ...columns], [...top, ...rows],
-    [...heads.map((head) => [head, 2]), ["second less first", 2]]), tested(independent)];
+  const last = (row) => [row[0], ...row.slice(5), ...row.slice(1, 5)]; // the difference stands first: it is the answer
+  return [table([TEN, ...columns, ...columns, ...columns], [...top, ...rows].map(last),
+    [["second less first", 2], ...heads.map((head, side) => [head, 2, typeof head === "string" ? ["first", "second"][side] : undefined])]), tested(independent)];
+}
+
+/** Words one after another, the last after "and". */
+const enumerated = (words) => (words.length > 1 ? `${words.slice(0, -1).join(", ")} and ${words.at(-1)}` : words.join(""));
+
+/** Which numbers of two sides differ by more than chance gives, in a sentence. */
+function answered(both, matches, independent) {
+  const counted = `(${matches[0]} ${matches[0] === 1 ? "match" : "matches"} against ${matches[1]})`;
+  if (!independent) return `The two have matches in common, so no difference can be told from chance ${counted}.`;
+  const found = [["", "numbers"], ["its adversaries' ", "against"]].flatMap(([whose, of]) => league.measures.map(([label, key, share]) => [
+    whose + label, apart(...both.map((it) => it[of][key]), share, true)]));
+  const told = found.filter(([, value]) => value.includes("±"));
+  if (!told.length) return `Too few matches to tell a difference from chance ${counted}: four on each side are needed.`;
+  const beyond = told.filter(([, value]) => value.startsWith("★"));
+  const by = `of ${told.length} numbers chance alone makes about ${(0.05 * told.length).toFixed(1)} so`;
+  return beyond.length ? `More than chance gives changed: ${enumerated(beyond.map(([name, value]) => `${name} (${value.slice(2)})`))} ${counted}; ${by}.`
+    : `No difference between these sets is larger than chance gives ${counted}.`;
+}
+
+/** The adversaries of two sets, in a sentence. */
+function adversaries(both, names) {
+  const met = both.map(({ matches }, side) => matches.reduce((count, id) => {
+    const { names: [home, away] } = league.matches.find((match) => match.id === id), other = home === names[side] ? away : home;
+    return count.set(other, (count.get(other) ?? 0) + 1);
+  }, new Map()));
+  const every = [...new Set(met.flatMap((count) => [...count.keys()]))].sort();
+  if (every.every((name) => met[0].get(name) === met[1].get(name))) return "Both sets have the same adversaries.";
+  const times = (n) => ({ 1: "once", 2: "twice" })[n] ?? `${n} times`;
+  const [first, second] = met.map((count) => enumerated(every.map((name) => (count.has(name) ? `${name} ${times(count.get(name))}` : `no ${name}`))));
+  return `The adversaries differ, too: the first set has ${first}; the second set has ${second}.`;
 }
 
 function twoTeams(...slugs) {
@@ -219,7 +255,8 @@ function twoTeams(...slugs) {
     made.textContent = `${team.name} (${team.kind})`;
     return made;
   };
-  const found = twoSides(both, both.map(link), both.map(({ matches }) => matches), !met(both));
+  const independent = !met(both), counts = both.map(({ matches }) => matches);
+  const found = [...(independent ? [paragraph(answered(both, counts, true))] : []), ...twoSides(both, both.map(link), counts, independent)];
   for (const team of both) if (team.counted !== undefined && team.counted.includes(",")) found.push(paragraph(`${team.name}: ${team.counted}.`));
   if (both[0].kind !== both[1].kind) found.unshift(paragraph("They are of two leagues: their counts are of other games."));
   return found;
@@ -227,9 +264,14 @@ function twoTeams(...slugs) {
 
 /** Two sets of matches, each of one team; with intervals of the differences where they share no match. */
 function twoSets(...places) {
-  const both = places.map((place) => league.sets[Number(place)]);
+  const whole = places.map((place) => league.sets[Number(place)]), select = document.querySelector("#sets [data-under]");
+  const common = Object.keys(whole[0].under).filter((name) => name in whole[1].under);
+  fill(select, [["", "any adversary"], ...common.map((name) => [name, name])], select.value);
+  const both = whole.map((set) => set.under[select.value] ?? set), counts = both.map(({ matches }) => matches.length);
   const independent = !both[0].matches.some((match) => both[1].matches.includes(match));
-  return twoSides(both, both.map(({ says }) => says), both.map(({ matches }) => matches.length), independent);
+  const names = whole.map(({ team }) => league.teams.find((it) => it.slug === team).name);
+  const heads = whole.map(({ says }) => (select.value ? `${says}, against ${select.value}` : says));
+  return [paragraph(`${answered(both, counts, independent)} ${adversaries(both, names)}`), ...twoSides(both, heads, counts, independent)];
 }
 
 /** A behaviour's id in words. */
@@ -308,7 +350,7 @@ function twoLists(teams, versions, show) {
     ...[row.a, row.b].flatMap((own, side) => [sorts(own?.[1] ?? "–", own?.[1]), often(own, teams[side]), sorts(worth(own), own?.[2])]),
     sorts(row.shared === null ? "" : `${row.sure ? "★ " : ""}${row.shared.toFixed(3)}${row.half === null ? "" : ` ± ${row.half.toFixed(3)}`}`, row.shared)]),
   [[names[0], 3], [names[1], 3], ["difference", 1]]);
-  made.classList.add("sortable");
+  made.className = "sortable"; // too long to be blocks on a phone
   sortable(made);
   found.push(made, ...more(made, Math.min(kept.length, ROWS)));
   if (!kept.length) found.push(paragraph("Nothing fits the choice."));

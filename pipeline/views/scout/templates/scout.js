@@ -22,6 +22,24 @@ function matchOf(id) {
   return matches.get(id);
 }
 
+const OTHER = { home: "away", away: "home" };
+
+/** A match as away sees it: turned by half, and away in the colour of home. */
+function turned(match) {
+  const swapped = (both) => both && { home: both.away, away: both.home }, of = (team) => OTHER[team] ?? null;
+  const half = (at) => at && { ...at, x: -at.x, y: -at.y, heading: at.heading === null ? null : at.heading + Math.PI };
+  return {
+    ...match, worn: swapped(match.worn), teams: swapped(match.teams),
+    robots: match.robots.map((robot) => ({ ...robot, team: of(robot.team) })),
+    pose: (body, now) => half(match.pose(body, now)),
+    goalTitle: (team) => match.goalTitle(of(team)), story: (team, robot, kind) => match.story(of(team), robot, kind),
+    goalAt: (t, from) => {
+      const found = match.goalAt(t, from);
+      return found && { ...found, goal: [found.goal[0], of(found.goal[1]), ...found.goal.slice(2)] };
+    },
+  };
+}
+
 /** One clip: a stretch of a match that plays again and again while it is seen and not paused. */
 function clip(figure) {
   const canvas = figure.querySelector("canvas");
@@ -36,8 +54,8 @@ function clip(figure) {
 
   async function load() {
     try {
-      const match = await matchOf(id);
-      state.marked = match.robots.find((r) => r.team === team && r.id === Number(robot))?.body ?? -1;
+      const around = "turned" in figure.dataset, match = around ? turned(await matchOf(id)) : await matchOf(id);
+      state.marked = match.robots.find((r) => r.team === (around ? OTHER[team] : team) && r.id === Number(robot))?.body ?? -1;
       painting = painter(match, state);
       painting.readColours();
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { painting.readColours(); paint(); });
@@ -82,6 +100,12 @@ function clip(figure) {
     last = 0;
     if (seen && !painting) load(); else if (seen && !before) requestAnimationFrame(tick);
   }, { rootMargin: "80px" }).observe(canvas);
+}
+
+/** On a phone the rows of a table stand as blocks: each cell says its column's head. */
+function stacks(table) {
+  const heads = [...(table.tHead?.rows[table.tHead.rows.length - 1]?.cells ?? [])].map((head) => head.textContent.trim());
+  [...table.tBodies[0].rows].forEach((row) => [...row.cells].forEach((cell, i) => { if (i) cell.dataset.head ??= heads[i]; }));
 }
 
 /** Sort a table by a column; again turns it round. Cells sort by data-by, or by what they say. */
@@ -202,6 +226,7 @@ function orders() {
 addEventListener("DOMContentLoaded", () => {
   document.querySelectorAll(".clip").forEach(clip);
   document.querySelectorAll(".sortable").forEach(sortable);
+  document.querySelectorAll(".stacks").forEach(stacks);
   document.querySelectorAll("ol[data-few]").forEach((goals) => {
     const few = fold(goals, () => few.cut(true));
     few.cut(true);
