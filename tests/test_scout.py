@@ -433,7 +433,7 @@ def test_every_page_opens(pages, page):
 
 
 def test_clips_play(pages, page):
-    """A clip that is seen plays, stops when it is clicked, and others that are not seen load nothing."""
+    """A clip that is seen plays, and stops when it is clicked; those that are not seen load when the page has rested."""
     page.goto(gallery(pages).as_uri())
     canvas = page.locator(".clip[data-ready] canvas").first
     canvas.wait_for(timeout=20_000)
@@ -454,6 +454,35 @@ def test_clips_play(pages, page):
                              goalAt: () => ({ goal: [5, "away", 3, "direct"], stopped: true }) }), at = now.pose();
         return [now.teams.home, now.robots[0].team, at.x, at.y, Math.cos(at.heading), now.goalAt(9).goal[1], now.worn ?? null];
     })()""") == ["B", "away", -1, 2, -1, "home", None]
+    page.wait_for_function("!document.querySelector('.clip:not([data-ready])')")
+
+
+def test_goals_fold_and_print(pages, page):
+    """Six goals are shown, a link shows its own, and on paper there are all, in light colours, each with a still."""
+    found = next(it for it in (pages.first.parent / "matches").glob("*.html") if "goal-1" in it.read_text())
+    page.emulate_media(color_scheme="dark")
+    page.route(found.as_uri(), lambda route: route.fulfill(content_type="text/html", body=re.sub(
+        r'<ol class="goals">\s*(<li id="goal-)(\d+)(">.*?</figure>)', lambda it: '<ol class="goals" data-few="6">' + "".join(
+            f"{it[1]}{place}{it[3]}" for place in range(101, 110)), found.read_text(), count=1, flags=re.DOTALL)))
+    page.goto(found.as_uri())
+    assert page.locator("nav [aria-current]").inner_text() == "Matches"
+    goals = page.locator("ol.goals").first.locator("li")
+    every = goals.count()
+    assert every > goals.locator("visible=true").count() == 6
+    assert page.get_by_role("button", name=f"{every - 6} more goals").is_visible()
+    page.wait_for_function("!document.querySelector('.clip:not([data-ready])')")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert goals.locator("visible=true").count() == every
+    grass = goals.last.locator("canvas").evaluate("it => [...it.getContext('2d').getImageData(it.width * 0.3, it.height * 0.3, 1, 1).data]")
+    assert min(grass) > 200, "a light pitch"
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert goals.locator("visible=true").count() == 6
+    page.emulate_media(media="print", color_scheme="dark")
+    assert goals.locator("visible=true").count() == every
+    assert page.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--grass')").strip() == "#e6ece4"
+    page.emulate_media(media="screen")
+    page.evaluate("location.hash = '#goal-109'")
+    page.locator("#goal-109").wait_for(state="visible")
 
 
 def test_tables_sort_and_filter(pages, page):

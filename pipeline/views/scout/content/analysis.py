@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,8 @@ def analysed(
         "running": [row | {"role": roles.get(row["robot"], "")} for row in running.to_dicts()]}
 
 
+#: Times that discs which cover each other are moved apart.
+_PUSHES = 20
 #: What is told: label, name in the numbers, unit.
 _ROWS = (
     ("passes tried", "tried", "0"), ("of these arrive", "arrive", "share"),
@@ -132,7 +135,8 @@ def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str
 def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
     """The network of passes that arrive: robots at their mean places, an arrow for each pair that passes.
 
-    Bold arrows are of pairs that pass at least half as often as the pair that passes most.
+    Robots that would cover each other are moved apart. Bold arrows are of pairs that pass at least half as
+    often as the pair that passes most.
 
     Args:
         tried: rows of schema PassAttempts of a team.
@@ -147,6 +151,7 @@ def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
     most = max((n for *_, n in pairs), default=0)
     busiest = max((n for *_, n in places.values()), default=1)
     sizes = {robot: 1.8 + 1.4 * n / busiest for robot, (*_, n) in places.items()}
+    places = _apart(places, {robot: size * pitch.length / 100 for robot, size in sizes.items()})
     marks = []
     for one, other, n in pairs:
         end = _short_of(places[one][:2], places[other][:2], sizes[other] * pitch.length / 100)
@@ -155,6 +160,21 @@ def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
     marks += [Mark(x, y, f"mark {style} hit", f"robot {robot}: {n} passes given or received",
                    letter=str(robot), size=sizes[robot]) for robot, (x, y, n) in places.items()]
     return on_pitch(pitch, "network of passes", marks=marks)
+
+
+def _apart(
+    places: Mapping[int, tuple[float, float, int]], sizes: Mapping[int, float]
+) -> dict[int, tuple[float, float, int]]:
+    """Places of robots, moved until no disc covers another; ``sizes`` are the discs' radii, m."""
+    at = {robot: np.array(place[:2]) for robot, place in places.items()}
+    for _ in range(_PUSHES):
+        for one, other in combinations(sorted(at), 2):
+            way = at[other] - at[one]
+            far, least = float(np.hypot(*way)), sizes[one] + sizes[other]
+            if far < least:
+                push = (way / far if far else np.array([0.0, 1.0])) * (least - far) / 2
+                at[one], at[other] = at[one] - push, at[other] + push
+    return {robot: (float(x), float(y), places[robot][2]) for robot, (x, y) in at.items()}
 
 
 def _short_of(start: tuple[float, float], end: tuple[float, float], left: float) -> tuple[float, float]:

@@ -31,6 +31,14 @@ function wide(table) {
   new ResizeObserver(measure).observe(table);
 }
 
+/** The menu marks the page that is shown; a match is one of the league's. */
+function mark() {
+  const here = location.href.split("#")[0], links = [...document.querySelectorAll("nav a")];
+  const own = links.find((link) => link.href === here) ?? links.find((link) => document.body.dataset.match && link.hash === "#all-matches");
+  own?.setAttribute("aria-current", "page");
+  own?.closest("details")?.querySelector("summary").setAttribute("aria-current", "true");
+}
+
 /** The way to the top is there only where the page scrolls. */
 function toTop() {
   const way = document.querySelector(".to-top");
@@ -66,6 +74,7 @@ addEventListener("DOMContentLoaded", () => {
     changes.forEach(({ addedNodes }) => addedNodes.forEach((each) => { if (each.nodeType === 1 && !each.matches(".term")) explain(each); }));
   }).observe(document.querySelector("main"), { childList: true, subtree: true });
   toTop();
+  mark();
   document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
   document.querySelectorAll("svg.pitch, svg.top").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
 });

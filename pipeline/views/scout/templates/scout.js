@@ -1,6 +1,7 @@
 // What the scout's pages do: clips that play where they are seen, tables that sort, lists that filter.
 
 const matches = new Map(); // id to a promise of the match, fetched when a clip of it is first seen
+const REST_MS = 1000, MATCHES_AT_REST = 12;
 const waiting = new Map(); // id to the function that its data file calls
 
 /** Called by the data files in data/: pages that are opened from disk may load scripts, but fetch nothing. */
@@ -40,19 +41,21 @@ function turned(match) {
   };
 }
 
-/** One clip: a stretch of a match that plays again and again while it is seen and not paused. */
+/** One clip: a stretch of a match that plays again and again while it is seen and not paused. Returns what loads it. */
 function clip(figure) {
   const canvas = figure.querySelector("canvas");
-  const { match: id = document.body.dataset.match, team, robot, start, end } = figure.dataset;
+  const { match: id = document.body.dataset.match, team, robot, start, end, at = start } = figure.dataset;
   const state = { t: 1000 * start, from: 1000 * start, labels: false, marked: -1 };
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  let painting = null, seen = false, paused = still, last = 0;
+  let painting = null, loading = null, seen = false, paused = still, last = 0;
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "button");
   canvas.setAttribute("aria-label", `stop the clip: ${canvas.getAttribute("aria-label")}`);
   canvas.title = "click or space stops the clip, and plays it again";
 
-  async function load() {
+  const load = () => (loading ??= loaded());
+
+  async function loaded() {
     try {
       const around = "turned" in figure.dataset, match = around ? turned(await matchOf(id)) : await matchOf(id);
       state.marked = match.robots.find((r) => r.team === (around ? OTHER[team] : team) && r.id === Number(robot))?.body ?? -1;
@@ -98,8 +101,18 @@ function clip(figure) {
     const before = seen;
     seen = entry.isIntersecting;
     last = 0;
-    if (seen && !painting) load(); else if (seen && !before) requestAnimationFrame(tick);
+    if (seen && !loading) load(); else if (seen && !before) requestAnimationFrame(tick);
   }, { rootMargin: "80px" }).observe(canvas);
+  const repaint = (t) => { if (painting) { state.t = t; painting.readColours(); paint(); } };
+  addEventListener("beforeprint", () => repaint(Math.max(1000 * start, 1000 * at - 200))); // on paper: just before what it is of
+  addEventListener("afterprint", () => repaint(1000 * start));
+  return { id, load };
+}
+
+/** When a page has rested, clips that nobody has seen load too, so that it prints whole: those of the first matches. */
+async function loadRest(all) {
+  const few = new Set([...new Set(all.map(({ id }) => id))].slice(0, MATCHES_AT_REST));
+  for (const { id, load } of all) if (few.has(id)) await load();
 }
 
 /** On a phone the rows of a table stand as blocks: each cell says its column's head. */
@@ -224,7 +237,10 @@ function orders() {
 }
 
 addEventListener("DOMContentLoaded", () => {
-  document.querySelectorAll(".clip").forEach(clip);
+  addEventListener("beforeprint", () => document.documentElement.classList.add("on-paper"));
+  addEventListener("afterprint", () => document.documentElement.classList.remove("on-paper"));
+  const all = [...document.querySelectorAll(".clip")].map(clip);
+  setTimeout(loadRest, REST_MS, all);
   document.querySelectorAll(".sortable").forEach(sortable);
   document.querySelectorAll(".stacks").forEach(stacks);
   document.querySelectorAll("ol[data-few]").forEach((goals) => {
