@@ -212,6 +212,10 @@ def test_first_page(store, pages):
     assert all(row[0] == sum(row[1:]) for row in won)
     assert sum(row[1] for row in won) == sum(row[3] for row in won), "each match has a winner and a loser, or neither"
     newest = [*played(store)][-1]
+    once, (rows,) = re.search(r"Flaws of all these recordings: (.*?)\.</p>", shown)[1].split("; "), re.findall(
+        r'<table id="matches".*?</table>', shown, re.DOTALL)
+    assert not any(flaw in rows for flaw in once), "what is so in all matches is said once"
+    assert ("<th>Home</th>" in rows) == ("nothing tells which team is home" not in once)
     said = [unescape(name) for name in re.findall(r"scout --mine (.*?)</code>", shown)]
     assert said == [shlex.quote(team.name) for team in (newest.home, newest.away)]
     assert [team.name for team in newest_first([*played(store)], menu([*played(store)]), "yellow")][:2] == ["yellow", newest.home.name]

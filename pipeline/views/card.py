@@ -93,6 +93,7 @@ class Card(NamedTuple):
         wins, loses: sentences of acts that went with winning and with losing, the most weighty first.
         changed: sentences of acts that the newest match has more or less of than those before.
         few: sentence on the few goals that all this rests on; empty where they are enough.
+        newest: id of the newest match.
     """
 
     team: str
@@ -101,6 +102,7 @@ class Card(NamedTuple):
     loses: list[Sentence]
     changed: list[str]
     few: str = ""
+    newest: str = ""
 
 
 class Answer(Frozen):
@@ -215,7 +217,7 @@ def _card(
         [_sentence(row, shown[row["role"], row["act"], row["place"]], scored if sign > 0 else conceded)
          for row in found.filter(sign * pl.col("effect") > 0).head(SENTENCES).iter_rows(named=True)]
         for sign in (1, -1))
-    return Card(team, kind, wins, loses, _changed(counts))
+    return Card(team, kind, wins, loses, _changed(counts), newest=str(counts["match_id"][-1]))
 
 
 def _sentence(row: dict[str, Any], shown: tuple[str, str, int, int], of: int) -> Sentence:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
+from pitchlore.pipeline.views.scout.content.flaws import WORDS
 from pitchlore.pipeline.views.scout.content.matches import COUNTED
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played
 from pitchlore.schemas import SIDES
@@ -20,12 +22,25 @@ def league_facts(
 ) -> dict[str, Any]:
     """Content of the first page; ``lines`` are the league's, by match, ``every`` counts all its matches."""
     rows = [_row(match, lines[match.name]) for match in league]
+    common = sorted(set.intersection(*(_kinds(row["flaws"]) for row in rows))) if len(rows) > 1 else []
+    for row in rows:
+        row["more_flaws"] = "; ".join(
+            flaw for flaw in row["flaws"].split("; ") if flaw and not _kinds(flaw) & {*common})
+    times = Counter(match.inputs["matches"][0].details.get("started_at", "") for match in league)
     rows.reverse()  # a league's matches are oldest first
     standings = [standing_of(team, league, lines) for team in teams]
     standings.sort(key=lambda it: (-it["won"], it["lost"], it["against"] - it["goals"]))
     kinds = Counter(row["kind"] for row in rows)
-    return {"title": TITLE, "every": every, "rows": rows, "standings": standings, "leagues": [
+    untold = WORDS["home inferred"][0]
+    return {"title": TITLE, "every": every, "rows": rows, "standings": standings, "common_flaws": common,
+            "home_told": not all(untold in row["flaws"] for row in rows),
+            "at_once": any(count > 1 for started, count in times.items() if started), "leagues": [
         (kind, [it for it in standings if it["team"].kind == kind]) for kind, _ in kinds.most_common()]}
+
+
+def _kinds(flaws: str) -> set[str]:
+    """Kinds of flaws in words, without their counts."""
+    return {re.sub(r": [\d,]+( of [\d,]+)?( [a-z ]+)?$", "", flaw) for flaw in flaws.split("; ") if flaw}
 
 
 def standing_of(
