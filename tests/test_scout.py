@@ -396,10 +396,10 @@ def test_keeper_is_that_of_sql(store, pages):
 
 
 def test_keepers_differ():
-    """Newcombe's interval of two shares' difference: his example (a) is told from chance, equal shares are not."""
+    """Newcombe's interval of two shares' difference: his example (a) is told from chance, (d) is not."""
     assert verdict(Share(56, 70, 0, 1), Share(48, 80, 0, 1)) == "It saves more than the others: +20 percentage points [+5, +33]."
     assert verdict(Share(48, 80, 0, 1), Share(56, 70, 0, 1)).startswith("It saves less")
-    assert "not larger than chance" in verdict(Share(5, 10, 0, 1), Share(50, 100, 0, 1))
+    assert verdict(Share(5, 56, 0, 1), Share(0, 29, 0, 1)) == "The difference, +9 percentage points [-4, +19], is not larger than chance gives."
     assert verdict(None, Share(5, 10, 0, 1)).startswith("Too few")
 
 
