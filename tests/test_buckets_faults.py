@@ -15,6 +15,7 @@ from support.buckets import CREDENTIALS, FAULTS
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
 from support.bucket_stores import ROUNDS, brought, made, plain, work
+from test_faults import room
 from test_unreadable import DAMAGED, REFUSED
 
 from pitchlore.pipeline.base.errors import BucketFailed, PitchloreError, StorageFailed
@@ -242,6 +243,9 @@ def test_full_disk_of_the_index(machine, server):
     with pytest.raises(StorageFailed, match=r"index\S*: cannot be written \(database or disk is full\)\. Free space"):
         fill()
     index.execute("pragma max_page_count = 100000")
+    index.execute("pragma wal_checkpoint(truncate)")
+    with room(0), pytest.raises(StorageFailed, match=r"index\S*: cannot be written \(.*\)\. Free space"):
+        store.mirror.sync()  # its first word to the index is one whose rows end it
     store.commit(work(), made("two"))
     assert store.read(store.receipt("goals", "m-1"), "note") == b"two"
 

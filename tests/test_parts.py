@@ -12,7 +12,7 @@ from pathlib import Path
 import polars as pl
 import pyarrow.parquet
 import pytest
-from conftest import clip, run
+from conftest import run
 from test_damage import flip
 
 from pitchlore.pipeline.engine import look
@@ -28,7 +28,7 @@ from pitchlore.schemas import PUBLIC, Choices, Sequences, Sides
 def store(copied, monkeypatch) -> Store:
     """A league of two matches, which are in one part."""
     shutil.rmtree(copied / "inbox")
-    monkeypatch.setattr(parts, "SIZES", (2, 2))
+    monkeypatch.setattr(parts, "MATCHES", 2)
     store = Store(copied)
     anew(store)
     assert len(list(parts.closed_parts(store))) == 1
@@ -52,7 +52,7 @@ def of_singles(store: Store, monkeypatch) -> dict[str, list[object]]:
     """The same, by a catalogue without parts; the parts are gone then."""
     shutil.rmtree(store.root / parts.FOLDER, ignore_errors=True)
     with monkeypatch.context() as patch:
-        patch.setattr(parts, "SIZES", (1 << 20, 1 << 20))
+        patch.setattr(parts, "MATCHES", 1 << 20)
         anew(store)
     return answers(store)
 
@@ -76,21 +76,6 @@ def test_same_answers(store, monkeypatch):
     assert found == of_singles(store, monkeypatch)
     assert len(files_of(store, "situations")) == 2
     assert lazy.equals(League(store).lazy("situations").collect())
-
-
-def test_small_and_large(copied, tmp_path, monkeypatch):
-    """Young matches are in small parts, which are joined anew as large ones; no row is lost or read twice."""
-    monkeypatch.setattr(parts, "SIZES", (4, 2))
-    store, found = Store(copied), list[list[str]]()
-    anew(store)
-    for names in ("", "abc", "d"):
-        for name in names:
-            clip(5.0 * ord(name), 5.0 * ord(name) + 2).write_parquet(copied / "inbox" / f"{name}.parquet")
-        assert run(copied).failures == {}
-        found.append(sorted("".join(match[0] for match in part.matches) for part in parts.closed_parts(store)))
-        other = Store(shutil.copytree(copied, tmp_path / f"as{names}"))
-        assert answers(store) == of_singles(other, monkeypatch)
-    assert found == [["el"], ["abce"], ["abce", "dl"]]  # the large part took one match of a small one
 
 
 def test_parts_stay(store):

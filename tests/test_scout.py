@@ -373,7 +373,7 @@ def test_striker_is_that_of_sql(store, pages):
                (select n from by_striker where what = 'pass'), (select n from by_striker where what = 'lost')
         from first""").row(0)
     page = text_of(pages, f"against/{team_name('blue', 'vsss').slug}.html").partition("Its striker")[2]
-    said = re.search(r"Robot (\d+) plays striker for (\d+).*?its robots made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
+    said = re.search(r"Robot (\d+) plays striker for (\d+).*?at the time made (\d+) goals?, shot (\d+) times?.*?made (\d+) passes .*?lost the ball (\d+) time", page)
     assert said is not None
     assert tuple(map(int, said.groups())) == asked
     assert 'aria-label="shots of its striker' in page

@@ -59,7 +59,7 @@ def test_half_files_of_the_dead_go(copied, call, tmp_path, monkeypatch, words, w
     """The next command of a kind removes what a kill of one has left, also outside the data folder."""
     monkeypatch.chdir(tmp_path)
     (copied / "catalog.duckdb").unlink()
-    monkeypatch.setattr(parts, "SIZES", (2, 2))
+    monkeypatch.setattr(parts, "MATCHES", 2)
     dead = f"{machine()}.{NOBODY}-0a"
     left(tmp_path, f"{where}/.a.{dead}.tmp", f"{where}/.b.{dead}.staging", f"{where}/.c.{machine()}.{os.getpid()}-0a.tmp")
     assert call(*words, "--data", copied)[0] == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -120,8 +120,6 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     out, nouns = {(record.noun, record.name) for record in store.quarantined()}, STAGES.nouns(Per.MATCH)
     refused = {name for _, name in out}
     kept = {part.name: part for part in _untouched(known, there, records, refused, nouns)}
-    if join and len(_ended(records, nouns) - refused - _in_large(kept.values())) >= parts.SIZES[0]:
-        kept = {name: part for name, part in kept.items() if _is_large(part)}  # others are joined anew
     closed = {match for part in kept.values() for match in part.matches}
     named, matches, unread = _named(store, closed)
     whole, damaged = _whole_and_damaged(store, named, known)
@@ -129,12 +127,10 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
     sources = _sources(whole, table_of, refused | {file.receipt.name for file in damaged})
     files = {path: file for path, file in known.items() if file.part in kept}
     part_of: dict[str, str] = {}
-    young = [part for part in there if part.name not in kept]
-    others = _standing(store, young, sources, known)
-    new = _joined(store, others, sources) if join else []
+    others = _standing(store, [part for part in there if part.name not in kept], sources, known, join=join)
     if join:
-        parts.remove_unnamed(store, [*kept.values(), *others, *new])
-    for each in [*(part for part in others if _in_large(new).isdisjoint(part.matches)), *new]:
+        parts.remove_unnamed(store, [*kept.values(), *others])
+    for each in others:
         part_of |= dict.fromkeys(each.matches, each.name)
         files |= _listed(store, each)
     for path, (file, seen) in whole.items():
@@ -351,9 +347,10 @@ def _sources(
 
 
 def _standing(
-    store: Store, there: Iterable[ClosedPart], sources: Mapping[str, list[Source]], known: Listing
+    store: Store, there: Iterable[ClosedPart], sources: Mapping[str, list[Source]], known: Listing, *,
+    join: bool,
 ) -> list[ClosedPart]:
-    """The parts that stand, by the files that are there. The others are dropped."""
+    """The parts that stand, by the files that are there. The others are dropped; new ones may be made."""
     found, root = list[ClosedPart](), store.root.resolve()
     for part in there:
         joined = ((record, f"{root}/{record.path}") for record in part.files.values())
@@ -362,48 +359,17 @@ def _standing(
             found.append(part)
         elif not store.closed:
             parts.drop_part(store, part)
+    closed = {match for part in found for match in part.matches}
+    young = [match for match in sources if match not in closed]
+    if join:
+        together = [{match: sources[match] for match in young[i:i + parts.MATCHES]}
+                    for i in range(0, len(young) - parts.MATCHES + 1, parts.MATCHES)]
+        try:
+            with ThreadPoolExecutor(os.cpu_count()) as pool:  # compressing releases the GIL
+                found.extend(pool.map(partial(parts.join_matches, store), together))
+        except StorageFailed as error:  # questions take longer without
+            _log.warning("Matches could not be joined: %s", error)
     return found
-
-
-def _joined(
-    store: Store, there: Collection[ClosedPart], sources: Mapping[str, list[Source]]
-) -> list[ClosedPart]:
-    """Join the matches that are in no large part, as large parts; the rest of the young ones as small parts.
-
-    Small parts of which a large one is made stay until the next look, for who reads them now.
-    """
-    kept = _in_large(there)
-    left = [match for match in sources if match not in kept]
-    large = _groups(left, parts.SIZES[0])
-    again = {match for group in large for match in group}
-    kept |= again.union(*(part.matches for part in there if again.isdisjoint(part.matches)))
-    small = _groups([match for match in left if match not in kept], parts.SIZES[1])
-    together = [{match: sources[match] for match in group} for group in (*large, *small)]
-    try:
-        with ThreadPoolExecutor(os.cpu_count()) as pool:  # compressing releases the GIL
-            return list(pool.map(partial(parts.join_matches, store), together))
-    except StorageFailed as error:  # questions take longer without
-        _log.warning("Matches could not be joined: %s", error)
-        return []
-
-
-def _groups(matches: Sequence[str], size: int) -> list[Sequence[str]]:
-    """As many groups of a size as there are."""
-    return [matches[i:i + size] for i in range(0, len(matches) - size + 1, size)]
-
-
-def _is_large(part: ClosedPart) -> bool:
-    return len(part.matches) >= parts.SIZES[0]
-
-
-def _in_large(there: Iterable[ClosedPart]) -> set[str]:
-    """The matches of large parts."""
-    return {match for part in there if _is_large(part) for match in part.matches}
-
-
-def _ended(records: Mapping[str, Glance], nouns: Sequence[str]) -> set[str]:
-    """The matches that have been through all their stages, by their receipts."""
-    return {_match_of(path, nouns[-1:]) for path in records} - {""}
 
 
 def _listed(store: Store, part: ClosedPart) -> Listing:

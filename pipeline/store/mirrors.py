@@ -104,9 +104,10 @@ class _Index(sqlite3.Connection):
         with self._saved():
             super().__init__(database, *arguments, **named)
 
-    def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
+    def ask(self, sql: str, parameters: Any = ()) -> list[tuple[Any, ...]]:
+        """The rows of a statement; it ends, and the disk may refuse, only with the last of them."""
         with self._saved():
-            return super().execute(sql, parameters)
+            return self.execute(sql, parameters).fetchall()
 
     def executemany(self, sql: str, parameters: Any, /) -> sqlite3.Cursor:
         with self._saved():
@@ -145,8 +146,8 @@ class Mirror:
         self._ahead: float | None = None
         self._index = sqlite3.connect(
             folder / INDEX, timeout=60, check_same_thread=False, isolation_level=None, factory=_Index)
-        self._index.execute("pragma journal_mode=wal")
-        self._index.execute("pragma synchronous=off")  # what a crash takes from it is asked for again
+        self._index.ask("pragma journal_mode=wal")
+        self._index.ask("pragma synchronous=off")  # what a crash takes from it is asked for again
         self._index.executescript(_SCHEMA)
 
     def __repr__(self) -> str:
@@ -172,8 +173,8 @@ class Mirror:
     def synced(self) -> float | None:
         """When the copy was last brought up to date, seconds since 1970; None if never."""
         with self._lock:
-            found = self._index.execute("select value from state where name = 'synced'").fetchone()
-        return found[0] if found else None
+            found = self._index.ask("select value from state where name = 'synced'")
+        return found[0][0] if found else None
 
     def sync(self, within: float = 0.0) -> None:
         """Bring the copy up to date with the bucket.
@@ -192,7 +193,7 @@ class Mirror:
             listed = {entry.key: entry for entry in self.bucket.listing()}
             with self._lock:
                 rows = {key: (here, noted) for key, here, noted in
-                        self._index.execute("select key, here, noted from objects")}
+                        self._index.ask("select key, here, noted from objects")}
             older = {key for key, (_, noted) in rows.items() if noted < tick}
             if older and not listed and self.bucket.has(min(older)):  # as a gateway's page
                 raise BucketFailed("its listing lacks an object that is there", where=self.url, next_step=(
@@ -216,7 +217,7 @@ class Mirror:
                     (entry, entry.tag if key in fetched else rows.get(key, (None, 0))[0], tick)
                     for key, entry in listed.items() if key not in rows or key in older)
             with self._lock:
-                self._index.execute("insert or replace into state values ('synced', ?)", [begun])
+                self._index.ask("insert or replace into state values ('synced', ?)", [begun])
 
     def sync_or_say(self) -> None:
         """Bring the copy up to date (:meth:`sync`); if the bucket cannot be reached, say how old the copy is.
@@ -243,11 +244,11 @@ class Mirror:
         """The size of a file in the bucket, as far as is known; None if there is none."""
         for key in dict.fromkeys((self.key(path, sha), self.key(path))):
             with self._lock:
-                found = self._index.execute(
+                found = self._index.ask(
                     "select size from objects where key = ? and tag not in (select tag from doubted)",
-                    [key]).fetchone()
-            if found is not None:
-                return int(found[0])
+                    [key])
+            if found:
+                return int(found[0][0])
         return None
 
     def fetch(self, path: Path, sha: str | None = None) -> bytes:
@@ -270,9 +271,9 @@ class Mirror:
                 return found[0]
             with self._lock:
                 if found is None:
-                    self._index.execute("delete from objects where key = ?", [key])
+                    self._index.ask("delete from objects where key = ?", [key])
                 else:
-                    self._index.execute("insert or ignore into doubted values (?)", [found[1].tag])
+                    self._index.ask("insert or ignore into doubted values (?)", [found[1].tag])
         if sha is None:
             raise NotFound("is not in the bucket any more", where=self.where(path), next_step="Run again")
         raise CorruptFile("is lost or damaged in the bucket", where=self.where(path), next_step="Run again")
@@ -306,9 +307,9 @@ class Mirror:
             NotFound, BucketFailed: as for :meth:`fetch`.
         """
         with self._lock:
-            found = self._index.execute(
-                "select here = tag from objects where key = ?", [self.key(path)]).fetchone()
-        if found is None or not found[0] or not path.exists():
+            found = self._index.ask(
+                "select here = tag from objects where key = ?", [self.key(path)])
+        if not found or not found[0][0] or not path.exists():
             self.fetch(path)
 
     def fetch_all(self, files: Iterable[tuple[Path, str]]) -> None:
@@ -334,7 +335,7 @@ class Mirror:
         """
         listed = {entry.key: entry for entry in self.bucket.listing(self.key(folder) + "/")}
         with self._lock:
-            here = dict(self._index.execute("select key, here from objects"))
+            here = dict(self._index.ask("select key, here from objects"))
         for key, entry in listed.items():
             path = self.folder / key
             if path.resolve().is_relative_to(self.folder.resolve()) and (
@@ -443,8 +444,8 @@ class Mirror:
         """
         key = self.key(path)
         with self._lock:
-            found = self._index.execute("select here from objects where key = ?", [key]).fetchone()
-        before = found[0] if found else None
+            found = self._index.ask("select here from objects where key = ?", [key])
+        before = found[0][0] if found else None
         entry = self.bucket.create(key, data) if before is None else self.bucket.replace(key, data, before)
         if entry is not None:
             self._kept(path, data, entry)
@@ -495,28 +496,28 @@ class Mirror:
         path = self.folder / key
         remove(path)
         with self._lock:
-            self._index.execute("delete from objects where key = ?", [key])
+            self._index.ask("delete from objects where key = ?", [key])
         if path.name == "manifest.json":
             shutil.rmtree(path.parent, ignore_errors=True)
 
     def _note(self, entry: ObjectStat, here: str | None) -> None:
         with self._lock:
-            self._index.execute("delete from doubted where tag = ?", [entry.tag])
+            self._index.ask("delete from doubted where tag = ?", [entry.tag])
         self._note_all([(entry, here, self._tick())])
 
     def _tick(self) -> float:
         """The next number of this copy's count: a clock that is set back would hide what others changed."""
         with self._lock:
-            return float(self._index.execute(
-                "update state set value = value + 1 where name = 'tick' returning value").fetchall()[0][0])
+            return float(self._index.ask(
+                "update state set value = value + 1 where name = 'tick' returning value")[0][0])
 
     def _note_all(self, entries: Iterable[tuple[ObjectStat, str | None, float]]) -> None:
         with self._lock:
-            self._index.execute("begin immediate")
+            self._index.ask("begin immediate")
             self._index.executemany(
                 "insert or replace into objects values (?, ?, ?, ?, ?)",
                 [(entry.key, entry.size, entry.tag, here, noted) for entry, here, noted in entries])
-            self._index.execute("commit")
+            self._index.ask("commit")
 
 
 def located(path: Path) -> Path:

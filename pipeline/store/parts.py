@@ -29,9 +29,8 @@ from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, written_as
 from pitchlore.pipeline.store.temporaries import sweep
 from pitchlore.schemas import PUBLIC, Choices, Sequences, Table
 
-#: Matches of a part, the most first: small parts are joined anew as large ones. A question opens a file for
-#: each part, and one for each match that is in none.
-SIZES = (256, 16)
+#: Matches of a part. A question opens a file for each part, and one for each match that is in none.
+MATCHES = 256
 #: Tables that are joined: public ones, and those that stages read of all matches.
 JOINED: Mapping[str, type[Table]] = PUBLIC | {table.NAME: table for table in (Sequences, Choices)}
 #: The folder of parts, in a data folder.

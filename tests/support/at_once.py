@@ -108,7 +108,7 @@ def restore(store: Store) -> str:
 
 def join(store: Store) -> str:
     """Join every two matches that are complete, and make the catalogue."""
-    parts.SIZES = 2, 2
+    parts.MATCHES = 2
     return str(renew(store))
 
 

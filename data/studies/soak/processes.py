@@ -39,10 +39,11 @@ def running() -> list[Running]:
             if f"{MARK}={os.getpid()}".encode() not in (folder / "environ").read_bytes().split(b"\0"):
                 continue
             words = (folder / "cmdline").read_bytes().split(b"\0")
-            (kb,) = (line.split()[1] for line in (folder / "status").read_text().splitlines()
-                     if line.startswith("VmRSS"))
-            found.append(Running(int(folder.name), _role(words), int(kb) / 1024,
-                                 len(list((folder / "fd").iterdir()))))
+            kb = [line.split()[1] for line in (folder / "status").read_text().splitlines()
+                  if line.startswith("VmRSS")]
+            if kb:  # else it has just ended
+                found.append(Running(int(folder.name), _role(words), int(kb[0]) / 1024,
+                                     len(list((folder / "fd").iterdir()))))
     return found
 
 

@@ -156,7 +156,7 @@ def _striker(
     same = shots.filter(pl.col("match_id").is_in([match.name for match, _ in played if match.pitch == pitch]))
     return _said(
         "Its striker",
-        f"{' and '.join(plays).capitalize()}. While they were the striker, its robots made"
+        f"{' and '.join(plays).capitalize()}. Whichever robot was the striker at the time made"
         f" {number_of(made.height, 'goal')}, shot {number_of(shots.height, 'time')}{near}, made"
         f" {passes.height:,} passes that arrived, and lost the ball {number_of(lost.height, 'time')}.",
         clips) | ({"picture": shots_drawn(same, pitch, "shots of its striker"), "legend":
