@@ -34,13 +34,11 @@ class Vouched(NamedTuple):
         receipt: the receipt or manifest.
         path: path of the file, absolute and without links.
         record: its stored record.
-        seen: its size and time of change when it was looked at.
     """
 
     receipt: Receipt
     path: str
     record: FileRecord
-    seen: Glance
 
     @property
     def error(self) -> CorruptFile:
@@ -277,7 +275,7 @@ def _whole_and_damaged(
         if _is_whole(store, file, store.root / file.folder, known.get(path), seen):
             whole[path] = file, seen
         elif (receipt := _receipt_of(store, file)) is not None:
-            damaged.append(Vouched(receipt, path, file.record, seen))
+            damaged.append(Vouched(receipt, path, file.record))
     store.suspect = frozenset(store.folder(file.receipt) / file.record.path for file in damaged)
     return whole, damaged
 

@@ -16,7 +16,7 @@ from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.engine.catalog import catalog_path, refresh
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.catalog import is_there
-from pitchlore.pipeline.store.query import ask_each
+from pitchlore.pipeline.store.query import ask, ask_each
 from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_of
 from pitchlore.pipeline.views.few_goals import few_goals
 from pitchlore.pipeline.views.scout.changes import Change, change_of_count
@@ -171,8 +171,7 @@ def cards_of(store: Store, names: Sequence[str]) -> dict[tuple[str, str], Card]:
         names: the teams' names; one may be that of teams of several leagues.
     """
     catalogue, _ = refresh(store)
-    (every,) = ask_each(catalogue, [_TEAMS])
-    teams = [(name, kind) for name, kind in every.iter_rows() if name in names]
+    teams = [(name, kind) for name, kind in ask(catalogue, _TEAMS).iter_rows() if name in names]
     return dict(zip(teams, _of_teams(store, catalogue, teams), strict=True))
 
 
@@ -197,11 +196,11 @@ def _of_teams(store: Store, catalogue: Path, teams: Sequence[tuple[str, str]]) -
     """The cards of some teams, each a name and a league."""
     names = list(dict.fromkeys(name for name, _ in teams))
     tables = ask_each(catalogue, [_ANSWERS, _GOALS, _SHOWN, _EACH], [names]) if teams else []
-    of_team = {(team, kind): [table.filter(team=team, kind=kind) for table in tables] for team, kind in teams}
-    last = {kind: str(own[-1]["match_id"][-1]) for (_, kind), own in of_team.items()}
-    few = few_goals(store, {kind: made for kind, match in last.items()
+    cards = [_card(team, kind, *(table.filter(team=team, kind=kind) for table in tables))
+             for team, kind in teams]
+    few = few_goals(store, {kind: made for kind, match in {it.kind: it.newest for it in cards}.items()
                             if (made := store.receipt("values", match)) is not None})
-    return [_card(*team, *own)._replace(few=few.get(team[1], "")) for team, own in of_team.items()]
+    return [card._replace(few=few.get(card.kind, "")) for card in cards]
 
 
 def _card(
