@@ -1,9 +1,11 @@
 """The catalogue: views over what the receipts vouch for, safe to query."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
+import time
 
 import duckdb
 import pytest
@@ -11,11 +13,15 @@ from support.outputs import put_goal
 from support.processes import COMMAND_LINES, closed
 
 from pitchlore.pipeline.base.errors import BadQuery
+from pitchlore.pipeline.engine import look
 from pitchlore.pipeline.engine.catalog import refresh
-from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store import Store, catalog
 from pitchlore.pipeline.store.catalog import FILES, VARIABLE, pattern, quote
 from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.store.sealed import stamp_of
 from pitchlore.schemas import PUBLIC
+
+COUNT = "select count(*) from goals"
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +58,45 @@ def test_only_receipts(tmp_path):
     assert old.exists()
     rows = ask(refresh(store)[0], "select match_id, robot from goals order by all").rows()
     assert rows == [("m-1", 1), ("m-2", 3)]
+
+
+def test_older_look_ends_last(tmp_path, monkeypatch):
+    """A catalogue whose look began before a match came does not replace one that has it."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    build = catalog.build
+
+    def slowly(*arguments):
+        build(*arguments)
+        monkeypatch.setattr(catalog, "build", build)
+        put_goal(store, "m-2", 2)
+        assert ask(refresh(store)[0], COUNT).item() == 2
+
+    monkeypatch.setattr(catalog, "build", slowly)
+    assert ask(refresh(store)[0], COUNT).item() == 2
+    assert ask(refresh(store)[0], COUNT).item() == 2
+
+
+def test_change_within_a_tick(tmp_path, monkeypatch):
+    """A match that comes while others are looked at is seen, though its folder's size and time are as before."""
+    monkeypatch.setattr(look, "stamp_of", lambda path: (stamp_of(path)[0], 0, stamp_of(path)[2]))
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    folders = [tmp_path / "matches", tmp_path / "goals"]
+
+    def slowly(*arguments, **named):
+        found = look.look_over(*arguments, **named)
+        before = [folder.stat() for folder in folders]
+        put_goal(store, "m-2", 2)
+        for folder, was in zip(folders, before, strict=True):
+            os.utime(folder, ns=(was.st_atime_ns, was.st_mtime_ns))
+        time.sleep(1.1)
+        return found
+
+    with monkeypatch.context() as patch:
+        patch.setattr("pitchlore.pipeline.engine.catalog.look_over", slowly)
+        refresh(store)
+    assert ask(refresh(store)[0], COUNT).item() == 2
 
 
 def test_wildcards_in_the_path(tmp_path):

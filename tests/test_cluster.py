@@ -24,6 +24,7 @@ from test_costs import kept
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
 
+import dask
 from distributed.comm.core import CommClosedError
 
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -253,6 +254,16 @@ def test_local_cluster(tmp_path):
             executors.run(die)
         assert executors.run(int, "7") == 7
     assert str(refused.value) == "m.parquet: cannot be written. Free space."
+
+
+def test_killed_at_the_start(tmp_path):
+    """A worker of a command's own that is killed before it has begun is said in a line."""
+    deadly = tmp_path / "deadly.py"
+    deadly.write_text("import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
+    with dask.config.set({"distributed.worker.preload": [str(deadly)]}), \
+         pytest.raises(ClusterFailed, match=r"^dask:local: the Dask workers of this command did not start\. Run the command again\.$"), \
+         cluster.open_cluster("", 1, tmp_path):
+        pass
 
 
 def test_other_code(workers, call, tmp_path):

@@ -73,6 +73,19 @@ def forever():
     except KeyboardInterrupt as error: raise ValueError("cannot serialize") from error
 pitchlore.flows.cli.command_line = forever
 """,
+    "a compiled library makes a type": """
+import polars as pl, pitchlore.flows.cli
+from polars.datatypes import classes
+table = pl.DataFrame({"a": ["a"]}, schema={"a": pl.Enum(["a"])})
+def forever():
+    code = classes.Enum.__init__.__code__
+    wait = "def __init__(self, categories):\\n print('moment', flush=True)\\n import time; time.sleep(600)"
+    made = {}
+    exec(compile(wait, code.co_filename, "exec"), made)
+    classes.Enum.__init__ = made["__init__"]
+    print(table.dtypes)
+pitchlore.flows.cli.command_line = forever
+""",
     "it has a child": """
 import multiprocessing, time, pitchlore.flows.cli
 deaf = "import os, time; os.setsid(); print('moment', flush=True); time.sleep(600)"
@@ -121,7 +134,8 @@ def assert_stopped(command, presses=1):
     assert command.text.count(STOPPED) == 1
     assert "Traceback" not in command.text
     assert command.text.endswith(STOPPED)
-    assert "Unexpected" not in command.text
+    assert "nexpected" not in command.text
+    assert "panicked" not in command.text
     assert command.left(SOON_S) == []
 
 
@@ -151,7 +165,7 @@ def test_stop_while_starting(tmp_path):
 
 @pytest.mark.parametrize(("moment", "words"), [
     *((moment, ("kb", "list")) for moment in (
-        "it is loaded", "a compiled module is loaded", "it has a child", "a library calls it an error")),
+        "it is loaded", "a compiled module is loaded", "a compiled library makes a type", "it has a child", "a library calls it an error")),
     ("the main thread is deaf", ("sql", "select 1")),
     ("a query runs", ("sql", "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null", "x"))])
 def test_stop(finished, moment, words):

@@ -6,6 +6,7 @@ files tell that it is the same. This is a cache: without it, every recording is 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -64,11 +65,12 @@ class Arrivals:
 
 def stamps_of(files: Sequence[Path]) -> str:
     """The stamps of some files; empty if one is missing, or so young that another may look the same."""
+    now_ns = time.time_ns()
     try:
         stamps = [stamp_of(str(file)) for file in files]
     except OSError:
         return ""
-    return " ".join(map(str, stamps)) if all(map(settled, stamps)) else ""
+    return " ".join(map(str, stamps)) if all(settled(stamp, now_ns) for stamp in stamps) else ""
 
 
 def _name(files: Sequence[Path]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
@@ -23,6 +23,7 @@ from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.store import Store, catalog
 from pitchlore.pipeline.store.paths import SAFE_NAME
+from pitchlore.pipeline.store.sealed import Stamp, stamp_of
 from pitchlore.schemas import PUBLIC
 
 
@@ -102,26 +103,50 @@ def refresh(store: Store, *, join: bool = False) -> tuple[Path, list[CorruptFile
     """
     path = catalog_path(store)
     with store.keeping():
-        folders = folders_of(store)
-        if stands_at_a_glance(store, path, folders):
-            return path, []
-        known = catalog.listing(path)
-        try:
-            left_out = _bring_up_to_date(store, path, known, join=join)
-        except CorruptFile:  # the bytes of a file changed, while its size and time did not
-            left_out = _bring_up_to_date(store, path, None, join=join)
-        if not left_out and not store.closed:
-            keep_look(store, path, folders)
-    return path, left_out
+        while not stands_at_a_glance(store, path, folders_of(store)):
+            with suppress(_ReplacedMeanwhile):
+                return path, _look(store, path, join=join)
+    return path, []
+
+
+class _ReplacedMeanwhile(Exception):
+    """Another command, whose look may have begun later, has moved its catalogue into place."""
+
+
+def _look(store: Store, path: Path, *, join: bool) -> list[CorruptFile]:
+    """Bring the catalogue up to date, and note it; the errors of files that are left out."""
+    now_ns, folders, seen = store.now_ns(), folders_of(store), _stamp(path)
+    known = catalog.listing(path)
+    try:
+        left_out, stamp = _bring_up_to_date(store, path, known, seen, join=join)
+    except CorruptFile:  # the bytes of a file changed, while its size and time did not
+        left_out, stamp = _bring_up_to_date(store, path, None, seen, join=join)
+    if stamp is not None and not left_out and not store.closed:
+        keep_look(store, stamp, folders, now_ns)
+    return left_out
 
 
 def _bring_up_to_date(
-    store: Store, path: Path, known: catalog.Listing | None, *, join: bool
-) -> list[CorruptFile]:
-    """Build the catalogue unless it lists all files as they are; the errors of files that are left out."""
+    store: Store, path: Path, known: catalog.Listing | None, seen: Stamp | None, *, join: bool
+) -> tuple[list[CorruptFile], Stamp | None]:
+    """Build the catalogue unless it lists all files as they are.
+
+    Args:
+        store: the data folder.
+        path: the catalogue's.
+        known: its files.
+        seen: its stamp before these were read; another catalogue is not replaced.
+        join: whether matches that are complete are closed.
+
+    Returns:
+        The errors of files that are left out; the stamp of the catalogue, None if it is none on disk.
+
+    Raises:
+        _ReplacedMeanwhile: if the catalogue has another stamp in the end.
+    """
     records = records_of(store)
     if known is not None and stands(known, records):
-        return []
+        return [], seen
     if store.mirror is not None:
         store.bring(receipts_of(store), PUBLIC)
     files, damaged, unread = look_over(store, known or {}, records, join=join)
@@ -131,9 +156,19 @@ def _bring_up_to_date(
             if "match_id" in schema.columns())
         catalog.keep_in_memory(path, files if store.closed else None, of_groups)
         if not store.closed:
-            with store.aside(path) as temporary:
+            with ExitStack() as held, store.aside(path) as temporary:
                 catalog.build(temporary, files, of_groups)
-    return unread + [file.error for file in damaged]
+                held.enter_context(store.snapshot())
+                if _stamp(path) != seen:
+                    raise _ReplacedMeanwhile
+                seen = _stamp(temporary)
+    return unread + [file.error for file in damaged], seen
+
+
+def _stamp(path: Path) -> Stamp | None:
+    with suppress(FileNotFoundError):
+        return stamp_of(str(path))
+    return None
 
 
 def files_of(store: Store, table: str) -> list[str]:

@@ -29,6 +29,9 @@ STOPPED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 KEPT = "What was finished is kept; run the command again to go on."
 _SHOW_CURSOR = "\x1b[?25h"  # progress bars hide it
 
+#: Where polars' compiled code calls Python, and takes no exception.
+_POLARS_TYPES = f"{os.sep}polars{os.sep}datatypes{os.sep}"
+
 _ending = Lock()
 #: Signals that end the body of :func:`until_stopped`, and whether there is one now.
 _STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -58,7 +61,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         nonlocal pressed
         if not pressed:
             pressed = True
-            if _loads(frame):
+            if _aborts(frame):
                 end()
             raise KeyboardInterrupt
 
@@ -110,10 +113,11 @@ def until_stopped() -> Iterator[Callable[[], bool]]:
             signal.signal(number, handler)
 
 
-def _loads(frame: FrameType | None) -> bool:
-    """True if a module is being loaded: some compiled ones abort the process when they are interrupted."""
+def _aborts(frame: FrameType | None) -> bool:
+    """True if compiled code would abort or panic: while a module is loaded, or polars makes a type."""
     while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
+        file = frame.f_code.co_filename
+        if file.startswith("<frozen importlib") or _POLARS_TYPES in file:
             return True
         frame = frame.f_back
     return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -82,11 +83,11 @@ class Outputs(Reading):
 
     def stamps(self, noun: str) -> dict[str, Stamp]:
         """The stamps of the receipts of a noun, by name, except of those that were written just now."""
-        found = {}
+        found, now_ns = {}, time.time_ns()
         for name, path in self._named(noun):
             with suppress(OSError):
                 found[name] = stamp_of(path)
-        return {name: stamp for name, stamp in found.items() if settled(stamp)}
+        return {name: stamp for name, stamp in found.items() if settled(stamp, now_ns)}
 
     def unreadable_receipts(self, noun: str) -> dict[str, CorruptFile]:
         """Errors of damaged receipts, by name of the output."""

@@ -62,7 +62,7 @@ def read_model(path: str, model: type[M]) -> M | None:
         ReadFailed: if the system refuses to read it, which says nothing about what is in it.
     """
     try:
-        stamp = stamp_of(path)
+        now_ns, stamp = time.time_ns(), stamp_of(path)
         known = _known.get(path)
         if known is not None and known[0] == stamp and isinstance(known[1], model):
             return known[1]
@@ -72,7 +72,7 @@ def read_model(path: str, model: type[M]) -> M | None:
             return None
         raise not_readable(path, error, _remedy(Path(path), model)) from error
     read = parsed(data, Path(path), model)
-    if settled(stamp) and (len(_known) < _MOST or path in _known):
+    if settled(stamp, now_ns) and (len(_known) < _MOST or path in _known):
         _known[path] = stamp, read
     return read
 
@@ -95,12 +95,16 @@ def stamp_of(path: str) -> Stamp:
     return found.st_ino, found.st_size, found.st_mtime_ns
 
 
-def settled(stamp: Stamp) -> bool:
+def settled(stamp: Stamp, now_ns: int) -> bool:
     """True if a file is so old that another one would have another stamp.
 
     The clock of a file system ticks every few milliseconds: two files of one tick may look the same.
+
+    Args:
+        stamp: the file's.
+        now_ns: the time before the stamp was taken.
     """
-    return time.time_ns() - stamp[2] > _TICK_NS
+    return now_ns - stamp[2] > _TICK_NS
 
 
 def read_anew() -> None:

@@ -156,12 +156,16 @@ def open_cluster(address: str, width: int, root: Path) -> Iterator[Cluster]:
             start_tracker()
             # else any account of this machine could let the cluster run code
             closed = Security.temporary()  # type: ignore[no-untyped-call]
-            with undisturbed():
-                local = stack.enter_context(LocalCluster(
-                    n_workers=width, threads_per_worker=1, processes=True, host="127.0.0.1", protocol="tls://",
-                    dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
-                    security=closed, silence_logs=logging.CRITICAL,
-                ))  # type: ignore[no-untyped-call]
+            try:
+                with undisturbed():
+                    local = stack.enter_context(LocalCluster(
+                        n_workers=width, threads_per_worker=1, processes=True, host="127.0.0.1",
+                        protocol="tls://", dashboard_address="127.0.0.1:0",
+                        scheduler_kwargs={"dashboard": False}, security=closed, silence_logs=logging.CRITICAL,
+                    ))  # type: ignore[no-untyped-call]
+            except RuntimeError as error:  # as when one of its processes is killed
+                raise ClusterFailed("the Dask workers of this command did not start", where="dask:local",
+                                    next_step="Run the command again") from error
             client = stack.enter_context(Client(local, set_as_default=False))  # type: ignore[no-untyped-call]
         where = address or "dask:local"
         try:
