@@ -222,6 +222,8 @@ def test_versions(league):
         league.policy()
     with pytest.raises(NotFound, match="no version 7"):
         league.knowledge(7)
+    with pytest.raises(BadSettings, match="dpi: cannot be 1"):
+        known.picture(dpi=1)
     with pytest.raises(BadSettings, match=r"no table 'gols'.*goals"):
         league.lazy("gols")
     with pytest.raises(BadSettings, match="has learned nothing"):

@@ -140,7 +140,8 @@ def test_pipe_as_a_map(tmp_path):
     os.mkfifo(tmp_path / "map.toml")
     os.mkfifo(tmp_path / "pipe.csv")
     for recording in (Recording(file=tmp_path / "derby.csv", mapping=tmp_path / "map.toml"),
-                      Recording(file=tmp_path / "pipe.csv"), Recording(file=Path("/dev/zero"))):
+                      Recording(file=tmp_path / "pipe.csv"), Recording(file=Path("/dev/zero")),
+                      Recording(file=Path("/proc/self/status"))):
         begun = time.monotonic()
         with pytest.raises(NotFound, match=r"is not a regular file\. Name a file"):
             take_in(store, recording)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import polars as pl
 
-from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.errors import BadSettings, NotFound
 from pitchlore.pipeline.engine.habits import copy_of, matches_of
 from pitchlore.pipeline.engine.knowledge import imitates, known_shares, learned_from, of_imitated
 from pitchlore.pipeline.engine.outputs import table_of
@@ -131,14 +131,17 @@ class Knowledge(Version):
         """Value against support of each behaviour, as PNG; a notebook shows it for the version itself.
 
         Args:
-            dpi: dots per inch; the picture is 9 by 5 inches.
+            dpi: dots per inch, 20 to 1,000; the picture is 9 by 5 inches.
 
         Raises:
+            BadSettings: if it has other dots.
             CorruptFile: if the table's file is damaged.
         """
         from pitchlore.pipeline.views.plots.matches import plot_behaviours  # noqa: PLC0415 (loaded when asked for)
         from pitchlore.pipeline.views.plots.style import plot_png  # noqa: PLC0415 (loaded when asked for)
 
+        if not 20 <= dpi <= 1_000:
+            raise BadSettings(f"cannot be {dpi}", where="dpi", next_step="Choose 20 to 1,000 dots per inch")
         return plot_png(plot_behaviours(self.behaviours), dpi=dpi)
 
     _repr_png_ = picture

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import NotFound, StillWritten, StorageFailed, unwritable
-from pitchlore.pipeline.base.system import open_to_read
+from pitchlore.pipeline.base.system import open_to_read, read_at
 from pitchlore.pipeline.store.atomic import aside
 from pitchlore.pipeline.store.buckets import check_local
 from pitchlore.pipeline.store.foreign import ForeignFile
@@ -252,7 +252,8 @@ class Files:
             raise NotFound(f"cannot be read ({error.strerror or error})", where=self.named(path),
                            next_step="Name an existing file that you may read") from error
         try:
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            seen = os.fstat(descriptor)
+            if not stat.S_ISREG(seen.st_mode) or (not seen.st_size and read_at(descriptor, 1, 0)):  # /proc
                 raise NotFound("is not a regular file", where=self.named(path), next_step="Name a file")
             file = ForeignFile(descriptor, self.named(path))
             if len(file) > megabytes << 20:
