@@ -99,6 +99,17 @@ def test_change_within_a_tick(tmp_path, monkeypatch):
     assert ask(refresh(store)[0], COUNT).item() == 2
 
 
+def test_look_at_young_folders(tmp_path, monkeypatch):
+    """A look at folders that changed just now is noted if it takes long enough, so that the next one is a glance."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    with monkeypatch.context() as patch:
+        patch.setattr("pitchlore.pipeline.engine.catalog.look_over", lambda *given, **named: (
+            time.sleep(1.1), look.look_over(*given, **named))[1])
+        path = refresh(store)[0]
+    assert look.stands_at_a_glance(store, path, look.folders_of(store))
+
+
 def test_wildcards_in_the_path(tmp_path):
     """A data folder whose name has wildcards shows its own rows, to `sql` and to notebooks, and no other's."""
     for robot, name in enumerate(("ab", "a*", "a[b]", "*"), 1):

@@ -90,13 +90,13 @@ That a look keeps no receipts took 61: 37 MiB for 1,000 matches in place of 122.
 That a query names the file that it may not open took 9; the check is that of who makes the catalogue.
 That true is no number in settings, and a path with a NUL none, took 14.
 That a receipt which is damaged in a bucket's copy alone is brought anew took 16.
-That of two looks at once the older one's catalogue does not stay took 51, with a file of /proc, a disk's clock, a Ctrl-C into polars' types
+That of two looks at once the older one's catalogue does not stay took 55, with a file of /proc, a disk's clock, a Ctrl-C into polars' types
 and a Dask worker that is killed before it has begun.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 23_738, 1_795
+MOST, MOST_OF_OPTIONS = 23_742, 1_795
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

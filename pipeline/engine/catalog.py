@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
 from pitchlore.pipeline.engine import freshness
 from pitchlore.pipeline.engine.look import (
     Vouched,
+    are_settled,
     folders_of,
     keep_look,
     look_over,
@@ -116,18 +117,23 @@ class _ReplacedMeanwhile(Exception):
 def _look(store: Store, path: Path, *, join: bool) -> list[CorruptFile]:
     """Bring the catalogue up to date, and note it; the errors of files that are left out."""
     now_ns, folders, seen = store.now_ns(), folders_of(store), _stamp(path)
-    known = catalog.listing(path)
+    known, records = catalog.listing(path), records_of(store)
     try:
-        left_out, stamp = _bring_up_to_date(store, path, known, seen, join=join)
+        left_out, stamp = _bring_up_to_date(store, path, known, records, seen, join=join)
     except CorruptFile:  # the bytes of a file changed, while its size and time did not
-        left_out, stamp = _bring_up_to_date(store, path, None, seen, join=join)
-    if stamp is not None and not left_out and not store.closed:
-        keep_look(store, stamp, folders, now_ns)
+        left_out, stamp = _bring_up_to_date(store, path, None, records, seen, join=join)
+    if stamp is None or left_out or store.closed:
+        return left_out
+    if are_settled(folders, now_ns) or (
+            # what changed since then without another stamp of its folder is seen now
+            are_settled(folders, store.now_ns()) and records_of(store) == records):
+        keep_look(store, stamp, folders)
     return left_out
 
 
 def _bring_up_to_date(
-    store: Store, path: Path, known: catalog.Listing | None, seen: Stamp | None, *, join: bool
+    store: Store, path: Path, known: catalog.Listing | None, records: Mapping[str, catalog.Glance],
+    seen: Stamp | None, *, join: bool,
 ) -> tuple[list[CorruptFile], Stamp | None]:
     """Build the catalogue unless it lists all files as they are.
 
@@ -135,7 +141,8 @@ def _bring_up_to_date(
         store: the data folder.
         path: the catalogue's.
         known: its files.
-        seen: its stamp before these were read; another catalogue is not replaced.
+        records: the receipts and their like, looked at since.
+        seen: its stamp before its files were read; another catalogue is not replaced.
         join: whether matches that are complete are closed.
 
     Returns:
@@ -144,7 +151,6 @@ def _bring_up_to_date(
     Raises:
         _ReplacedMeanwhile: if the catalogue has another stamp in the end.
     """
-    records = records_of(store)
     if known is not None and stands(known, records):
         return [], seen
     if store.mirror is not None:

@@ -213,21 +213,21 @@ def stands_at_a_glance(store: Store, catalogue: Path, folders: Mapping[str, Stam
     return young is not None and all(glance(path) == file.seen for path, file in young.items())
 
 
-def keep_look(store: Store, catalogue: Stamp, folders: Mapping[str, Stamp | None], now_ns: int) -> None:
+def keep_look(store: Store, catalogue: Stamp, folders: Mapping[str, Stamp | None]) -> None:
     """Note that a catalogue is up to date with folders, as they were before the look began.
-
-    It is not noted of folders that may yet change without another stamp, nor where nothing can be written.
 
     Args:
         store: the data folder.
         catalogue: the stamp of the catalogue that was made, or found up to date.
         folders: the folders (:func:`folders_of`).
-        now_ns: the time of their disk before these were taken.
     """
-    if all(stamp is None or settled(stamp, now_ns) for stamp in folders.values()):
-        with suppress(StorageFailed):  # it only saves time
-            store.write_bytes(
-                _looked_path(store), sealed(Looked(catalogue=catalogue, folders=dict(folders))))
+    with suppress(StorageFailed):  # it only saves time
+        store.write_bytes(_looked_path(store), sealed(Looked(catalogue=catalogue, folders=dict(folders))))
+
+
+def are_settled(folders: Mapping[str, Stamp | None], now_ns: int) -> bool:
+    """True if folders get another stamp by any change, by the time of their disk before the look."""
+    return all(stamp is None or settled(stamp, now_ns) for stamp in folders.values())
 
 
 def folders_of(store: Store) -> dict[str, Stamp | None]:
