@@ -155,7 +155,7 @@ soak: $(READY)  ## an hour of everything at once on one data folder (two hours w
 	PITCHLORE_ROUNDS=50 PITCHLORE_STEPS=1 $(BIN)/python -m pytest --numprocesses auto --dist load --quiet \
 	  tests/test_at_once.py tests/test_buckets*.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
 
-bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (an hour)
+bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (seven minutes)
 	$(BIN)/python data/studies/scale/study.py
 
 browser:  ## chromium from Debian's packages, for the tests of pages; where it cannot be had they skip

@@ -1,6 +1,6 @@
 """Cost of a run as the league grows: seconds of CPU and of the clock, memory, files.
 
-``make bench-scale`` (an hour; what was stopped goes on after the last size that had ended), or ``study.py 10
+``make bench-scale`` (seven minutes; what was stopped goes on after the last size that had ended), or ``study.py 10
 10000`` for other sizes. For each number of matches, in a data folder of its own: play them (`record`), bring
 everything up to date from nothing (`run`), again with nothing new, again with one more match, the same by
 states; ask four questions; look again after a change; check every byte. All processes of a command count.
