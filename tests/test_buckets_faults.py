@@ -232,7 +232,7 @@ def test_full_disk_of_the_index(machine, server):
     """If the disk is full for the index of the copy, one line says so, and a run again goes on."""
     store = machine(server.new())
     assert store.mirror is not None
-    index = store.mirror._index
+    index = store.mirror._index._database
     (pages,) = index.execute("pragma page_count").fetchone()
     index.execute(f"pragma max_page_count = {pages}")
 

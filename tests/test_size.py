@@ -118,7 +118,7 @@ CORE = {
 }
 #: Files of these rooms that no recording needs: of buckets, of clusters, of large leagues, of matches that are played, of plans.
 BESIDE = (
-    "pipeline/store/buckets.py", "pipeline/store/mirrors.py", "pipeline/store/parts.py",
+    "pipeline/store/buckets.py", "pipeline/store/mirrors.py", "pipeline/store/copy_index.py", "pipeline/store/parts.py",
     "pipeline/store/thinning.py", "pipeline/engine/thinning.py",
     "pipeline/engine/placement/cluster.py",
     *(f"pipeline/engine/{name}.py" for name in ("games", "season", "record", "evaluations", "paradigms", "starts", "teams", "planning")),

@@ -14,7 +14,6 @@ import logging
 import os
 import re
 import shutil
-import sqlite3
 import tempfile
 import threading
 import time
@@ -27,7 +26,7 @@ from datetime import datetime
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pitchlore.pipeline.base.digests import Content
 from pitchlore.pipeline.base.errors import (
@@ -35,12 +34,12 @@ from pitchlore.pipeline.base.errors import (
     BucketFailed,
     CorruptFile,
     NotFound,
-    StorageFailed,
     not_readable,
 )
 from pitchlore.pipeline.base.system import whole
 from pitchlore.pipeline.store.atomic import write_bytes
 from pitchlore.pipeline.store.buckets import Bucket, ObjectStat, bucket_url
+from pitchlore.pipeline.store.copy_index import CopyIndex
 from pitchlore.pipeline.store.locks import holding
 from pitchlore.pipeline.store.paths import named_path, remove
 
@@ -57,13 +56,6 @@ _RECORD = re.compile(
 #: A file of a version. Its key has the hash of its bytes in it: of two machines that make the same version
 #: at once, neither writes over the other's files.
 _OF_VERSION = re.compile(r"(.*/v\d{4,}/)((?!manifest\.json$)[^/]+)$")
-_SCHEMA = """
-create table if not exists objects
-    (key text primary key, size integer, tag text, here text, noted real) without rowid;
-create table if not exists doubted (tag text primary key) without rowid;
-create table if not exists state (name text primary key, value real) without rowid;
-insert or ignore into state values ('tick', (select coalesce(max(noted), 0) from objects));
-"""
 #: How many folders below a data folder a store may be: that of a season.
 _DEPTH = 2
 #: So many files of a folder are asked for one by one; of more, the folder is listed.
@@ -96,40 +88,6 @@ def key_of(place: str, sha: str | None) -> str:
     return f"{found[1]}{sha[:12]}.{found[2]}" if found and sha else place
 
 
-class _Index(sqlite3.Connection):
-    """The index of a copy; StorageFailed is raised where the disk refuses, CorruptFile if it is damaged."""
-
-    def __init__(self, database: Path, *arguments: Any, **named: Any) -> None:
-        self._file = str(database)
-        with self._saved():
-            super().__init__(database, *arguments, **named)
-
-    def ask(self, sql: str, parameters: Any = ()) -> list[tuple[Any, ...]]:
-        """The rows of a statement; it ends, and the disk may refuse, only with the last of them."""
-        with self._saved():
-            return self.execute(sql, parameters).fetchall()
-
-    def executemany(self, sql: str, parameters: Any, /) -> sqlite3.Cursor:
-        with self._saved():
-            return super().executemany(sql, parameters)
-
-    def executescript(self, sql: str, /) -> sqlite3.Cursor:
-        with self._saved():
-            return super().executescript(sql)
-
-    @contextmanager
-    def _saved(self) -> Iterator[None]:
-        try:
-            yield
-        except sqlite3.OperationalError as error:
-            raise StorageFailed(f"cannot be written ({error})", where=self._file, next_step=(
-                "Free space or mend the folder, a cache, then run again; what was done is in the bucket"
-            )) from error
-        except sqlite3.DatabaseError as error:
-            raise CorruptFile(f"is damaged ({error})", where=self._file,
-                              next_step="Remove the folder: it is a cache") from error
-
-
 class Mirror:
     """A bucket and its local copy.
 
@@ -142,13 +100,9 @@ class Mirror:
         self.folder = folder
         self.url = url
         self.bucket = Bucket(url)
-        self._lock, self._asking = threading.Lock(), threading.Lock()
+        self._asking = threading.Lock()
         self._ahead: float | None = None
-        self._index = sqlite3.connect(
-            folder / INDEX, timeout=60, check_same_thread=False, isolation_level=None, factory=_Index)
-        self._index.ask("pragma journal_mode=wal")
-        self._index.ask("pragma synchronous=off")  # what a crash takes from it is asked for again
-        self._index.executescript(_SCHEMA)
+        self._index = CopyIndex(folder / INDEX)
 
     def __repr__(self) -> str:
         return f"Mirror({self.url!r})"
@@ -172,9 +126,7 @@ class Mirror:
 
     def synced(self) -> float | None:
         """When the copy was last brought up to date, seconds since 1970; None if never."""
-        with self._lock:
-            found = self._index.ask("select value from state where name = 'synced'")
-        return found[0][0] if found else None
+        return self._index.synced()
 
     def sync(self, within: float = 0.0) -> None:
         """Bring the copy up to date with the bucket.
@@ -187,20 +139,18 @@ class Mirror:
         """
         with holding(self.folder / ".sync", alone=True):
             last = self.synced()
-            begun, tick = time.time(), self._tick()
+            begun, tick = time.time(), self._index.tick()
             if last is not None and 0 <= begun - last < within:
                 return
             listed = {entry.key: entry for entry in self.bucket.listing()}
-            with self._lock:
-                rows = {key: (here, noted) for key, here, noted in
-                        self._index.ask("select key, here, noted from objects")}
+            rows = self._index.objects()
             older = {key for key, (_, noted) in rows.items() if noted < tick}
             if older and not listed and self.bucket.has(min(older)):  # as a gateway's page
                 raise BucketFailed("its listing lacks an object that is there", where=self.url, next_step=(
                     "Look at its address, and whether a proxy answers in its place"))
             wanted = [key for key, entry in listed.items()
                       if _RECORD.fullmatch(key) and (key not in rows or key in older)
-                      and (rows.get(key, ("", 0))[0] != entry.tag or not (self.folder / key).exists())]
+                      and (rows.get(key, (None, 0.0))[0] != entry.tag or not (self.folder / key).exists())]
             fetched = dict(self.bucket.get_all(wanted))
             with holding(self.folder / ".commits", alone=False):  # those who want one moment wait
                 # manifests last: their versions' folders are there with them
@@ -213,11 +163,10 @@ class Mirror:
                         listed.pop(key)
                 for key in older - listed.keys():
                     self._gone(key)
-                self._note_all(
-                    (entry, entry.tag if key in fetched else rows.get(key, (None, 0))[0], tick)
+                self._index.note_all(
+                    (entry, entry.tag if key in fetched else rows.get(key, (None, 0.0))[0], tick)
                     for key, entry in listed.items() if key not in rows or key in older)
-            with self._lock:
-                self._index.ask("insert or replace into state values ('synced', ?)", [begun])
+            self._index.note_synced(begun)
 
     def sync_or_say(self) -> None:
         """Bring the copy up to date (:meth:`sync`); if the bucket cannot be reached, say how old the copy is.
@@ -242,14 +191,8 @@ class Mirror:
 
     def size(self, path: Path, sha: str | None = None) -> int | None:
         """The size of a file in the bucket, as far as is known; None if there is none."""
-        for key in dict.fromkeys((self.key(path, sha), self.key(path))):
-            with self._lock:
-                found = self._index.ask(
-                    "select size from objects where key = ? and tag not in (select tag from doubted)",
-                    [key])
-            if found:
-                return int(found[0][0])
-        return None
+        found = self._index.size(self.key(path, sha))
+        return self._index.size(self.key(path)) if found is None else found
 
     def fetch(self, path: Path, sha: str | None = None) -> bytes:
         """The bytes of a file, from the bucket; the copy has them then.
@@ -267,13 +210,12 @@ class Mirror:
             found = self.bucket.get(key)
             if found is not None and (sha is None or sha256(found[0]).hexdigest() == sha):
                 write_bytes(path, found[0])
-                self._note(found[1], found[1].tag)
+                self._index.note(found[1], found[1].tag)
                 return found[0]
-            with self._lock:
-                if found is None:
-                    self._index.ask("delete from objects where key = ?", [key])
-                else:
-                    self._index.ask("insert or ignore into doubted values (?)", [found[1].tag])
+            if found is None:
+                self._index.forget(key)
+            else:
+                self._index.doubt(found[1].tag)
         if sha is None:
             raise NotFound("is not in the bucket any more", where=self.where(path), next_step="Run again")
         raise CorruptFile("is lost or damaged in the bucket", where=self.where(path), next_step="Run again")
@@ -306,10 +248,7 @@ class Mirror:
         Raises:
             NotFound, BucketFailed: as for :meth:`fetch`.
         """
-        with self._lock:
-            found = self._index.ask(
-                "select here = tag from objects where key = ?", [self.key(path)])
-        if not found or not found[0][0] or not path.exists():
+        if not self._index.is_current(self.key(path)) or not path.exists():
             self.fetch(path)
 
     def fetch_all(self, files: Iterable[tuple[Path, str]]) -> None:
@@ -334,12 +273,11 @@ class Mirror:
             BucketFailed: if the bucket cannot be reached.
         """
         listed = {entry.key: entry for entry in self.bucket.listing(self.key(folder) + "/")}
-        with self._lock:
-            here = dict(self._index.ask("select key, here from objects"))
+        known = self._index.objects()
         for key, entry in listed.items():
             path = self.folder / key
             if path.resolve().is_relative_to(self.folder.resolve()) and (
-                    here.get(key) != entry.tag or not path.exists()):
+                    known.get(key, (None, 0.0))[0] != entry.tag or not path.exists()):
                 with suppress(NotFound):  # it was removed just now
                     self.fetch(path)
 
@@ -412,7 +350,7 @@ class Mirror:
             if local:
                 self._kept(path, data, entry)
             else:
-                self._note(entry, None)
+                self._index.note(entry, None)
             changes.append(entry)
 
         changes: list[ObjectStat] = []
@@ -432,7 +370,7 @@ class Mirror:
             if local:
                 self._kept(path, data, entry)
             else:
-                self._note(entry, None)
+                self._index.note(entry, None)
             self._tell(ObjectChange(entry, data))
         return entry is not None
 
@@ -443,9 +381,7 @@ class Mirror:
             False if the bucket has another one than the copy; nothing is written then.
         """
         key = self.key(path)
-        with self._lock:
-            found = self._index.ask("select here from objects where key = ?", [key])
-        before = found[0][0] if found else None
+        before = self._index.here(key)
         entry = self.bucket.create(key, data) if before is None else self.bucket.replace(key, data, before)
         if entry is not None:
             self._kept(path, data, entry)
@@ -478,9 +414,9 @@ class Mirror:
                 self._gone(entry.key)
             elif data is not None:
                 write_bytes(self.folder / entry.key, data)
-                self._note(entry, entry.tag)
+                self._index.note(entry, entry.tag)
             else:
-                self._note(entry, None)
+                self._index.note(entry, None)
 
     def _tell(self, change: ObjectChange) -> None:
         journal = _journal.get()
@@ -490,34 +426,14 @@ class Mirror:
     def _kept(self, path: Path, data: Content, entry: ObjectStat) -> None:
         """Write to the copy what the bucket has, then note it: what is noted is there."""
         write_bytes(path, data)
-        self._note(entry, entry.tag)
+        self._index.note(entry, entry.tag)
 
     def _gone(self, key: str) -> None:
         path = self.folder / key
         remove(path)
-        with self._lock:
-            self._index.ask("delete from objects where key = ?", [key])
+        self._index.forget(key)
         if path.name == "manifest.json":
             shutil.rmtree(path.parent, ignore_errors=True)
-
-    def _note(self, entry: ObjectStat, here: str | None) -> None:
-        with self._lock:
-            self._index.ask("delete from doubted where tag = ?", [entry.tag])
-        self._note_all([(entry, here, self._tick())])
-
-    def _tick(self) -> float:
-        """The next number of this copy's count: a clock that is set back would hide what others changed."""
-        with self._lock:
-            return float(self._index.ask(
-                "update state set value = value + 1 where name = 'tick' returning value")[0][0])
-
-    def _note_all(self, entries: Iterable[tuple[ObjectStat, str | None, float]]) -> None:
-        with self._lock:
-            self._index.ask("begin immediate")
-            self._index.executemany(
-                "insert or replace into objects values (?, ?, ?, ?, ?)",
-                [(entry.key, entry.size, entry.tag, here, noted) for entry, here, noted in entries])
-            self._index.ask("commit")
 
 
 def located(path: Path) -> Path:
