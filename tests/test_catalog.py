@@ -8,10 +8,12 @@ import sys
 import time
 
 import duckdb
+import polars as pl
 import pytest
 from support.outputs import put_goal
 from support.processes import COMMAND_LINES, closed
 
+import pitchlore
 from pitchlore.pipeline.base.errors import BadQuery
 from pitchlore.pipeline.engine import look
 from pitchlore.pipeline.engine.catalog import refresh
@@ -19,7 +21,8 @@ from pitchlore.pipeline.store import Store, catalog
 from pitchlore.pipeline.store.catalog import FILES, VARIABLE, pattern, quote
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.sealed import stamp_of
-from pitchlore.schemas import PUBLIC
+from pitchlore.pipeline.store.work import Made, Work
+from pitchlore.schemas import PUBLIC, Goals
 
 COUNT = "select count(*) from goals"
 
@@ -110,6 +113,23 @@ def test_look_at_young_folders(tmp_path, monkeypatch):
     assert look.stands_at_a_glance(store, path, look.folders_of(store))
 
 
+@pytest.mark.parametrize(("number", "cure"), [(99, "Update Pitchlore."), (0, "Run `pitchlore run` to make it anew.")])
+def test_table_of_another_version(tmp_path, call, number, cure):
+    """A table that a newer or much older version wrote is left out, and said with what to do."""
+    class Other(Goals):
+        VERSION = number
+
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    path = put_goal(store, "m-2", 2)
+    receipt = store.commit(Work("goals", "m-2", {}, version=1, schemas=(Other,)), Made([(pl.read_parquet(path), Other)]))
+    for query, rows in (("select robot from goals", "robot\n1\n"), ("select count(*) n from matches", "n\n0\n")):
+        code, out, err = call("sql", query, "--csv", "--data", tmp_path)
+        assert (code, out) == (3, rows)
+        assert f"{tmp_path / receipt.files['goals'].path}: is a table goals/{number}, which this version does not read (" in err
+        assert cure in err
+
+
 def test_wildcards_in_the_path(tmp_path):
     """A data folder whose name has wildcards shows its own rows, to `sql` and to notebooks, and no other's."""
     for robot, name in enumerate(("ab", "a*", "a[b]", "*"), 1):
@@ -177,6 +197,44 @@ def test_open_notebook(tmp_path):
         put_goal(store, "m-2", 2)
         assert ask(refresh(store)[0], "select count(*) from goals").item() == 2
         assert notebook.execute("select count(*) from goals").fetchone() == (1,)
+
+
+#: Opens a catalogue as DuckDB's own shell does, to write, and puts another view in the place of ours.
+WRITER = """
+import duckdb, sys
+connection = duckdb.connect(sys.argv[1])
+connection.execute("create or replace view goals as select 7 as robot")
+print("open", flush=True)
+sys.stdin.readline()
+"""
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_open_to_write(tmp_path, call, killed):
+    """A program that holds the catalogue to write, or was killed so, blocks no question, and changes no answer."""
+    put_goal(Store(tmp_path), "m-1", 1)
+    path, words = refresh(Store(tmp_path))[0], ("sql", "select robot from goals order by 1", "--csv", "--data", tmp_path)
+    with subprocess.Popen([sys.executable, "-c", WRITER, path], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as writer:
+        assert writer.stdout.readline() == "open\n"
+        if killed:
+            writer.kill()
+            writer.wait()
+        assert call(*words) == (0, "robot\n1\n", "")
+        put_goal(Store(tmp_path), "m-2", 2)
+        assert call(*words) == (0, "robot\n1\n2\n", "")
+        if not killed:
+            writer.communicate("\n")
+    assert call(*words) == (0, "robot\n1\n2\n", "")
+
+
+def test_open_to_write_here(tmp_path):
+    """A notebook that has connected to the catalogue to write asks Pitchlore all the same."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    with duckdb.connect(str(refresh(store)[0])):
+        for robots in ([(1,)], [(1,), (2,)]):
+            assert pitchlore.open(tmp_path).sql("select robot from goals order by 1").fetchall() == robots
+            put_goal(store, "m-2", 2)
 
 
 def test_moved_folder(tmp_path):

@@ -188,6 +188,29 @@ def test_silent_damage(data, call):
     assert call("verify", "--data", data)[0] == 0
 
 
+def silently(path: Path) -> None:
+    """Flip a bit where its reader would not see it: neither size nor time tell."""
+    before = path.stat()
+    flip(path, random.Random(8))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+@pytest.mark.parametrize(("noun", "table", "readers"), [
+    ("knowledge", "behaviours", (("kb", "show"), ("kb", "diff", "1", "1"), ("kb", "verify"))),
+    ("knowledge", "occasions", (("train",), ("kb", "verify"))),
+    ("policies", "states", (("policy", "show"), ("verify",))),
+    ("policies", "policies", (("record", "--home", "learned", "--minutes", "0.01"), ("evaluate", "--matches", "2"), ("verify",))),
+])
+def test_readers_of_versions(data, call, noun, table, readers):
+    """Who reads knowledge or a policy checks its bytes: a bit that flipped under an unchanged time is refused, and never played."""
+    path = Store(data).version_folder(noun, 1) / f"{table}.parquet"
+    (data / "policies" / "v0001" / "manifest.json").rename(data / "kept") if "train" in readers[0] else None
+    silently(path)
+    for words in readers:
+        code, out, err = call(*words, "--data", data)
+        assert (code, str(path) in out + err) == (1, True), (words, out, err)
+
+
 def test_table_that_duckdb_cannot_read(data, call):
     """A table whose last bytes changed under an unchanged time stops no query: its rows are left out, and said."""
     store = Store(data)

@@ -263,15 +263,15 @@ class Simulator:
         return [all(one.left == one.right == 0 for one in commands) for _, commands in self.came]
 
 
-def malformed(port: int) -> None:
-    """Three packets that no league's program sends."""
+def malformed(port: int, packets: int = 3) -> None:
+    """Packets that no league's program sends."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mouth:
-        for _ in range(3):
+        for _ in range(packets):
             mouth.sendto(b"\x0a\xff", ("127.0.0.1", port))
 
 
 def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5) -> tuple[DriveOutcome, Simulator]:
-    """Drive the static team against a simulator; ``during`` are times at which vision goes off or on."""
+    """Drive the static team against a simulator; ``during`` are times at which vision goes off or on, or a flood comes."""
     where: dict[str, int] = {}
     simulator = Simulator(where)
 
@@ -279,6 +279,9 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
         began = time.monotonic()
         for at, what in during:
             time.sleep(max(0.0, began + at - time.monotonic()))
+            if what == "flood":
+                malformed(where["vision"], 20_000)
+                continue
             (simulator.sends.set if what == "on" else simulator.sends.clear)()
 
     def listening(addresses: object) -> None:
@@ -290,6 +293,15 @@ def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5
         done = drive_team(
             Store(data), Job("vsss", "blue", STATIC, "static", streams=simulator.streams, seconds=seconds), listening=listening)
     return done, simulator
+
+
+def test_drives_in_a_flood(tmp_path: Path) -> None:
+    """A flood of broken packets is counted, and robots are driven on after it."""
+    done, simulator = driven(tmp_path, [(0.3, "flood")], seconds=4.0)
+    assert sum(done.refused.values()) > 1_000
+    still = simulator.still()
+    assert not all(still[len(still) // 2:])
+    assert still[-5:] == [True] * 5
 
 
 def test_drives_and_stops(tmp_path: Path) -> None:
@@ -461,6 +473,18 @@ def test_served(tmp_path: Path) -> None:
     assert steps == list(range(steps[0], steps[0] + done.frames))
     assert on[0] == 0  # a kick-off is play
     assert len(on) == 2  # and it is said each second
+
+
+def test_served_in_a_flood(tmp_path: Path) -> None:
+    """A match that is served goes on in a flood of broken packets, which are counted."""
+    streams = {stream.name: stream for stream in addressed(STREAMS, None, (
+        "vision=127.0.0.1:9", "referee=127.0.0.1:9", "commands=127.0.0.1:0"))}
+    how = MatchSettings(referee=RefereeSettings(duration_s=1.2)).of_match()
+    done = simulate(Store(tmp_path), Recipe(**how, home=STATIC, away=REMOTE, seed=1), {}, streams, listening=lambda where: (
+        Thread(target=malformed, args=(int(where.rpartition(":")[2]), 20_000)).start()))
+    assert (done.frames, done.commands) == (72, 0)
+    assert done.others > 1_000
+    assert Store(tmp_path).receipt("matches", done.match_id) is not None
 
 
 def test_served_again(tmp_path: Path, call: Call) -> None:

@@ -8,12 +8,14 @@ from __future__ import annotations
 import logging
 import os
 import resource
+import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from queue import Empty, Queue
@@ -21,6 +23,7 @@ from threading import Thread
 
 import pytest
 from conftest import run
+from hostile.make import DERBY
 from support.outputs import put_goal
 from support.processes import pitchlore
 from support.terminal import terminal
@@ -31,8 +34,10 @@ from pitchlore.flows.server import Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
 from pitchlore.pipeline.engine import catalog, matches
 from pitchlore.pipeline.engine.catalog import refresh
+from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
+from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings
 from pitchlore.pipeline.store import Store, locks
@@ -320,6 +325,66 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     monkeypatch.undo()
     assert [list(store.receipts("matches")), store.quarantined()] == [[], []]
     assert take_in(store, Recording(file=derby))[1]
+
+
+#: Stops itself at its first commit of a situation, as by SIGSTOP or a machine that is suspended.
+STANDS_STILL = """
+import os, signal
+replace = os.replace
+def still(source, target):
+    if "/situations/" in str(target) and "receipt" in str(target):
+        os.replace = replace
+        print("still", flush=True)
+        os.kill(os.getpid(), signal.SIGSTOP)
+    replace(source, target)
+os.replace = still
+"""
+
+
+def test_writer_that_stands_still(copied, derby):
+    """While a writer stands still others answer, or wait and say so; when it goes on, all end well, and nothing is torn."""
+    shutil.rmtree(copied / "situations")
+    (copied / "inbox").rename(copied.parent / "recordings")
+    others = [("kb", "list"), ("sql", "select 1"), ("import", derby), ("run",), ("verify",), ("prune",)]
+    with ExitStack() as held:
+        def begin(*words: object, before: str = "") -> subprocess.Popen[str]:
+            return held.enter_context(subprocess.Popen(
+                pitchlore(*words, "--data", copied, before=before), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+
+        writer = begin("run", before=STANDS_STILL)
+        held.callback(writer.kill)
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == "still\n"
+        begun = [begin(*words, before="from pitchlore.pipeline.store import locks; locks.PATIENCE_S = 0.1") for words in others]
+        assert begun[0].wait(SOON_S) == 0, "it only reads what stands"
+        time.sleep(2.0)
+        os.kill(writer.pid, signal.SIGCONT)
+        said = [process.communicate(timeout=SOON_S)[1] for process in (writer, *begun)]
+    assert [process.returncode for process in (writer, *begun)] == [0] * (1 + len(others)), said
+    assert any("waiting until another command lets go of it" in err for err in said)
+    assert verify_all(Store(copied)).problems == []
+    assert run(copied).failures == {}
+
+
+def test_arrivals(tmp_path):
+    """Recordings that arrive while others are imported come in once each, and none is refused."""
+    store, count = Store(tmp_path / "data"), 60
+    (store.root / "inbox").mkdir(parents=True)
+
+    def arrive() -> None:
+        for number in range(count):
+            (tmp_path / "half").write_bytes(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
+            (tmp_path / "half").rename(store.root / "inbox" / f"{number}.csv")
+
+    arriving = Thread(target=arrive)
+    arriving.start()
+    made: list[str] = []
+    while arriving.is_alive() or not made or len(made) < count:
+        report = import_all(store)
+        assert report.failed == {}
+        made += report.made
+    assert len(set(made)) == len(made) == count == len(list(store.receipts("matches")))
+    assert store.quarantined() == []
 
 
 @pytest.mark.parametrize("words", [

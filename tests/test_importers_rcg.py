@@ -47,6 +47,15 @@ def read(data: bytes) -> MatchLog:
     return rcg.read(taken_for(data, "game.rcg", "rcg"), TrackingMap())
 
 
+@pytest.mark.slow
+def test_long_log() -> None:
+    """A log of 100,000 cycles is one match, each cycle a sample."""
+    match = read(log(PARAMS, *map(show, range(1, 100_001))))
+    assert len(match.frames) == 100_000
+    assert match.frames.t_ns[-1] - match.frames.t_ns[0] == 99_999 * 100_000_000
+    assert match.info.incomplete_reason == "the log ends before time over"
+
+
 def events(match: MatchLog) -> list[tuple[object, ...]]:
     tenths = pl.col("t_ns") // 100_000_000
     text = pl.col("event", "team").cast(pl.String)

@@ -140,7 +140,8 @@ def assert_stopped(command, presses=1):
 
 
 @pytest.mark.parametrize(("moment", "presses", "words", "there"), [
-    ("a file is written", 2, ("run",), False), ("a file is written", 2, ("run", "--flow"), True),
+    ("a file is written", 2, ("run",), False), ("a file is written", 2, ("import", "{inbox}"), False),
+    ("a file is written", 2, ("run", "--flow"), True),
     ("a task runs", 1, ("run", "--flow"), False), ("a cluster is there", 1, ("run", "--on", "dask:local:1"), False)])
 def test_work_stops(flow, prefect_server, relayed, moment, presses, words, there):
     """Ctrl-C stops work between a file and its receipt; so it does in a flow, and a task that never ends.
@@ -148,6 +149,7 @@ def test_work_stops(flow, prefect_server, relayed, moment, presses, words, there
     There is a server for one flow, and the other starts one.
     """
     server = {"PREFECT_API_URL": prefect_server} if there else relayed
+    words = [word.format(inbox=flow / "inbox") for word in words]
     with terminal(*words, "--data", flow, before=MOMENTS[moment], environment=server) as command:
         command.until("moment")
         assert_stopped(command, presses)

@@ -1,4 +1,4 @@
-"""SIGKILL at a step of knowledge, policies, seasons, the catalogue, closed parts, pages, exports and restoring: what stands is whole, and the work goes on.
+"""SIGKILL at a step of knowledge, policies, seasons, the catalogue, closed parts, pages, exports, restoring, pruning and imports: what stands is whole, and the work goes on.
 
 A step is a write, sync, rename, lock or removal of a file (``support.killing``). The suite takes some of them;
 `make soak` takes all.
@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from conftest import clip
 from support.buckets import files
 from support.processes import answering, line, tell
 
@@ -45,6 +46,10 @@ def prepared(finished: Path, data: Path, action: str, *without: str) -> Path:
     for name in ("inbox", *without):
         shutil.rmtree(data / name)
     (data / "catalog.duckdb").unlink()
+    if action == "prune":
+        for path in (data / "situations").glob("*.parquet"):
+            for number in range(9):
+                shutil.copy(path, path.with_name(f"{path.name.split('-')[0]}-{number:012x}.situations.parquet"))
     if action == "restore":
         if not (data.parent / "backup").is_dir():
             shutil.copytree(data, data.parent / "backup")
@@ -61,11 +66,15 @@ def prepared(finished: Path, data: Path, action: str, *without: str) -> Path:
     ("scout", (), 1),
     ("export", (), 1),
     ("restore", (), 1),
+    ("prune", (), 1),
+    ("import", (), 1),
     ("join", (), 1),
 ])
 def test_killed_at_a_step(finished, tmp_path, reported, action, without, times):
     """After a kill all that stands is whole, and the same command gives the bytes of a quiet run."""
     data = tmp_path / "data"
+    (tmp_path / "recordings").mkdir()
+    clip(120.0, 125.0).write_parquet(tmp_path / "recordings" / "third.parquet")
     prepared(finished, data, action, *without)
     steps, code = reported(0, action, data, times)
     assert (steps > 10, code) == (True, 0)

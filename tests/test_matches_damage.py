@@ -206,6 +206,25 @@ def test_cut_chunk(compression):
     assert last > 1200
 
 
+@pytest.mark.parametrize("sizes", [True, False])
+def test_several_zstd_frames(sizes):
+    """A chunk is read whole, in however many frames of zstd it is, whether they say their sizes or not; a bomb behind the first is refused."""
+    log = match([6] * 100)
+    whole = written(log, chunk_bytes=SMALL)
+    index = chunk_indexes(whole)[3]
+    start, end = index.chunk_start_offset, index.chunk_start_offset + index.chunk_length
+    content = unseal(memoryview(whole)[start + FRAMING_BYTES:end], Decompressor())[0].tobytes()
+    pack = zstandard.ZstdCompressor(write_content_size=sizes).compress
+    for packed, complete in ((pack(content[:70]) + pack(b"") + pack(content[70:]), True), (pack(content[:70]) + BOMB, False)):
+        builder = RecordBuilder()
+        Chunk("zstd", packed, message_end_time=index.message_end_time, message_start_time=index.message_start_time,
+              uncompressed_crc=zlib.crc32(content), uncompressed_size=len(content)).write(builder)
+        back = matches.read(whole[:start] + builder.end() + whole[end:], where="a.mcap")
+        lost = [i for i, t in enumerate(log.frames.t_ns) if index.message_start_time <= t <= index.message_end_time]
+        assert rows_of(back.frames) == [row for i, row in enumerate(rows_of(log.frames)) if complete or i not in lost]
+        assert ("damaged chunk" in back.quality["flaw"].to_list()) != complete
+
+
 def cheaply(data: bytes) -> MatchLog:
     """A log of which one frame can be read, with little memory."""
     tracemalloc.start()

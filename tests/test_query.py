@@ -58,6 +58,8 @@ WRITING = [
     "from json_execute_serialized_sql(json_serialize_sql('select 1'))",
     "from enable_profiling(save_location = '{file}')", "from truncate_duckdb_logs()",
     "from read_csv('/etc/passwd')", "from read_text('{output}')", "from read_blob('{output}')", "from glob('/*')",
+    "from read_parquet('{output}')", "from goals, read_parquet('{output}')", "from parquet_scan('{foreign}')",
+    "from read_parquet('{foreign}')", "from '{foreign}'", "select * from goals where robot in (from '{foreign}')",
     "explain analyze select 1", "explain (analyze) select 1", "set enable_external_access = true",
     "from own_frame", "selec",
 ]
@@ -99,6 +101,8 @@ class Folder:
         self.root = root
         store = Store(root / "data")
         self.output = put_goal(store, "m-1", 1)
+        self.foreign = root / "foreign.parquet"
+        pl.DataFrame({"robot": [1]}).write_parquet(self.foreign)
         self.catalogue = refresh(store)[0]
         self.before = self.look()
 
@@ -106,7 +110,7 @@ class Folder:
         return {str(path.relative_to(self.root)): path.read_bytes() for path in self.root.rglob("*") if path.is_file()}
 
     def filled(self, text: str) -> str:
-        names = {"file": self.root / "new.csv", "folder": self.root / "new", "output": self.output}
+        names = {"file": self.root / "new.csv", "folder": self.root / "new", "output": self.output, "foreign": self.foreign}
         for name, path in names.items():
             text = text.replace(f"{{{name}}}", str(path))
         return text

@@ -154,6 +154,26 @@ class TestMissing:
         table = film(SCENES["is hit by the ball"][0], 0.88).with_columns(theta=pl.lit(None, pl.Float32))
         assert set(found_by(table)["code"]) == {184}
 
+    @pytest.mark.parametrize("name", [name for name, scene in SCENES.items() if scene[3] == "ball"])
+    def test_lost_ball(self, name):
+        """While the ball is not seen nothing of it begins: what is missing is nowhere, and not at the centre."""
+        bodies, seconds, _, _, start_s, _ = SCENES[name]
+        table = film(bodies, seconds)
+        gone = pl.col("team") == "ball"
+        assert found_by(table.filter(~gone)).filter(pl.col("target") == "ball").is_empty()
+        lost = found_by(table.filter(~gone | (pl.col("t_ns") <= start_s * 1e9))).filter(pl.col("target") == "ball")
+        assert lost.filter(pl.col("start_ns") > start_s * 1e9).is_empty()
+
+    @pytest.mark.parametrize("path", [TO, FRO])
+    @pytest.mark.parametrize("other", ["away-4", "home-2"])
+    def test_lost_robot(self, path, other):
+        """A robot that is not seen is neither approached nor left."""
+        table = film({"home-1": path, other: THERE}, 1.0)
+        seen = found_by(table)["target"].to_list()
+        assert other in seen
+        lost = found_by(table.filter((pl.col("team") + "-" + pl.col("robot").cast(pl.String) != other) | (pl.col("t_ns") > 0.9e9)))
+        assert other not in lost["target"].to_list()
+
     def test_play_stopped(self):
         """Situations end where play stops and begin again where it goes on."""
         table = film({"home-1": stands(0.1, 0.3)}, 3.0).with_columns(

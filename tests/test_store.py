@@ -198,6 +198,28 @@ def test_crash_of_version(tmp_path, monkeypatch, error):
     assert put_version(store, 3) == len(store.versions("knowledge"))
 
 
+def test_synced_before_its_name(tmp_path, monkeypatch):
+    """A file is on the disk before it has its name, and its folder is synced after it: a power cut leaves no torn file."""
+    done, fsync, replace = [], os.fsync, os.replace
+
+    def synced(number):
+        done.append(str(Path(f"/proc/self/fd/{number}").readlink()))
+        fsync(number)
+
+    def renamed(source, target):
+        done.append((str(source), str(target)))
+        replace(source, target)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(os, "replace", renamed)
+    put(Store(tmp_path), 1)
+    renames = [place for place, what in enumerate(done) if isinstance(what, tuple)]
+    assert len(renames) == 3
+    for place in renames:
+        source, target = done[place]
+        assert (done[place - 1], done[place + 1]) == (source, str(Path(target).parent))
+
+
 def test_killed_writer(tmp_path):
     """A writer that is killed leaves the old file; what it had begun is swept, the number that it claimed is free again."""
     store = Store(tmp_path)

@@ -36,6 +36,10 @@ def flipped(path: Path) -> None:
     path.write_bytes(data)
 
 
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-9])
+
+
 def another(path: Path) -> None:
     """Bytes of another place, as by a copy with a wrong name; where there is no other, half of them."""
     others = [other for other in path.parent.glob(f"*{path.name[-13:]}") if other != path]
@@ -83,7 +87,7 @@ def closed(path: Path) -> Iterator[None]:
 
 
 #: Kinds of damage, and of files that the system refuses to read, each with its words.
-DAMAGED: dict[str, Callable[[Path], None]] = {each.__name__: each for each in (flipped, another, folder, pipe, dangling)}
+DAMAGED: dict[str, Callable[[Path], None]] = {each.__name__: each for each in (flipped, cut, another, folder, pipe, dangling)}
 REFUSED = {"closed": (closed, "Permission denied"), "failing": (failing, "Input/output error"),
            "stale": (lambda path: failing(path, errno.ESTALE), "Stale file handle")}
 

@@ -168,6 +168,7 @@ def _bring_up_to_date(
                 if _stamp(path) != seen:
                     raise _ReplacedMeanwhile
                 seen = _stamp(temporary)
+                catalog.log_of(path).unlink(missing_ok=True)
     return unread + [file.error for file in damaged], seen
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -82,7 +83,8 @@ class Look(NamedTuple):
     Attributes:
         files: the whole files, as the catalogue lists them.
         damaged: the files that are damaged or lost.
-        unread: errors of damaged receipts and manifests; what they name is in neither.
+        unread: errors of damaged receipts and manifests, whose files are in neither; and of whole tables that
+            this version does not read.
     """
 
     files: Listing
@@ -133,7 +135,10 @@ def look_over(store: Store, known: Listing, records: Mapping[str, Glance], *, jo
         files |= _listed(store, each)
     for path, (file, seen) in whole.items():
         part = part_of.get(file.name, "") if file.noun in nouns else ""
-        files[path] = Listed("" if part else table_of(file), seen, part)
+        table = table_of(file)
+        if table and table not in parts.JOINED:
+            unread += _strange(store, path, file)
+        files[path] = Listed("" if part or table not in parts.JOINED else table, seen, part)
     if not damaged and not unread:
         files |= {path: Listed(RECORD, seen, part_of.get(_match_of(path, nouns), ""))
                   for path, seen in records.items() if path not in files}
@@ -302,8 +307,18 @@ def _is_whole(
     return store.whole(file.record if isinstance(file, Named) else file, folder)
 
 
+def _strange(store: Store, path: str, file: Named) -> Iterator[CorruptFile]:
+    """The error of a table that another version of Pitchlore wrote, unless its receipt is no longer there."""
+    receipt, (name, _, version) = _receipt_of(store, file), str(file.table).partition("/")
+    newer = int(version) > parts.JOINED[name].VERSION
+    if receipt is not None and (newer or file.version is None):  # versions are history, whoever wrote them
+        yield CorruptFile(
+            f"is a table {file.table}, which this version does not read ({receipt.software} wrote it)",
+            where=path, next_step="Update Pitchlore" if newer else remedy_for(receipt))
+
+
 def _tables(out: Collection[tuple[str, str]], there: set[str]) -> Callable[[Named], str]:
-    """The table whose rows a file has, "" for none.
+    """The table whose rows a file has, "" for none; the tag of one that this version does not read.
 
     A removed match has no rows. A match or group in quarantine has no rows of the stage that refused it or of
     later stages: such rows would come from other settings than those of the other matches.
@@ -328,7 +343,10 @@ def _tables(out: Collection[tuple[str, str]], there: set[str]) -> Callable[[Name
         shown = file.rows and name in standing.get(noun, {name}) and name not in refused.get(noun, ())
         if noun in refused and name in there and not file.current:
             shown = False  # once, decisions had an output for each match
-        return names.get(file.table or "", "") if shown else ""
+        if not shown or file.table is None or file.table in names:
+            return names[file.table] if shown and file.table else ""
+        strange = re.fullmatch(r"([a-z_]+)/[0-9]+", file.table)
+        return file.table if strange and strange[1] in parts.JOINED else ""
 
     return table_of
 
@@ -344,7 +362,7 @@ def _sources(
         if file.noun in nouns and file.name not in without:
             if file.noun == nouns[-1]:
                 complete.add(file.name)
-            if table := table_of(file):
+            if (table := table_of(file)) in parts.JOINED:
                 found.setdefault(file.name, []).append(
                     Source(table, file.noun, file.name, file.path, file.sha256, file.size))
     return {match: found[match] for match in sorted(complete & found.keys())}

@@ -9,16 +9,18 @@ from __future__ import annotations
 import errno
 import os
 import re
+import shutil
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory, gettempdir
 from threading import Lock
 from typing import Any, NamedTuple
 
 import duckdb
 import polars as pl
 
-from pitchlore.pipeline.base.errors import CorruptFile, not_readable
+from pitchlore.pipeline.base.errors import CorruptFile, not_readable, unwritable
 from pitchlore.schemas import PUBLIC, Table
 
 #: Size and time of change [ns] of a file, None if it does not exist.
@@ -84,7 +86,7 @@ def build(path: Path, files: Listing, of_groups: Collection[str] = ()) -> None:
         check_open(files)  # a mode that changed shows at no glance
         raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
     finally:
-        path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
+        log_of(path).unlink(missing_ok=True)
 
 
 def check_open(files: Iterable[str]) -> None:
@@ -152,7 +154,7 @@ def _attached(path: Path, how: str) -> Iterator[duckdb.DuckDBPyConnection]:
             _INSTANCE.append(duckdb.connect(":memory:", config=settings))
         try:
             with _INSTANCE[0].cursor() as connection:
-                connection.execute(f"attach {quote(str(path.absolute()))} as catalog ({how})")
+                _attach(connection, path, how)
                 _enter(connection, path)
                 yield connection
                 connection.execute("use memory")
@@ -160,6 +162,19 @@ def _attached(path: Path, how: str) -> Iterator[duckdb.DuckDBPyConnection]:
         except BaseException:
             _INSTANCE.pop().close()  # an error may have made it useless
             raise
+
+
+def _attach(connection: duckdb.DuckDBPyConnection, path: Path, how: str) -> None:
+    """Attach a database's file; a copy of it where this process has connected to the file to write."""
+    try:
+        connection.execute(f"attach {quote(str(path.absolute()))} as catalog ({how})")
+    except duckdb.ResourceInUseException:
+        try:
+            with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+                copy = shutil.copy(path, folder)
+                connection.execute(f"attach {quote(copy)} as catalog ({how})")
+        except OSError as error:
+            raise unwritable(Path(gettempdir()), error) from error
 
 
 def _enter(connection: duckdb.DuckDBPyConnection, path: Path) -> None:
@@ -184,13 +199,14 @@ def listing(path: Path, *, open_only: bool = False) -> Listing | None:
         open_only: without the files of the matches in closed parts.
 
     Returns:
-        None if there is no readable catalogue, or if it was made for other tables or other versions of them.
+        None if there is no readable catalogue, if another program has written to it, or if it was made for
+        other tables or other versions of them.
     """
     if path in _IN_MEMORY:
         files = _IN_MEMORY[path][0]
         return {file: each for file, each in files.items()
                 if not (open_only and each.part and each.table in ("", RECORD))}
-    if not path.exists():
+    if not path.exists() or log_of(path).exists():
         return None
     wanted = f"where part = '' or table_name not in ('', '{RECORD}')" if open_only else ""
     try:
@@ -215,12 +231,19 @@ def connected(path: Path) -> duckdb.DuckDBPyConnection:
     """
     connection = duckdb.connect(":memory:")
     made = _IN_MEMORY.get(path)
-    connection.execute("attach ':memory:' as catalog" if made else (
-        f"attach {quote(str(path.absolute()))} as catalog (read_only)"))
+    if made:
+        connection.execute("attach ':memory:' as catalog")
+    else:
+        _attach(connection, path, "read_only")
     _enter(connection, path)
     if made:
         _fill(connection, path.parent, *made)
     return connection
+
+
+def log_of(path: Path) -> Path:
+    """Path of the log of what a program wrote to a catalogue: DuckDB applies it to any file of that name."""
+    return path.with_name(f"{path.name}.wal")
 
 
 def is_there(path: Path) -> bool:
