@@ -1,10 +1,11 @@
 """Cost of a run as the league grows: seconds of CPU and of the clock, memory, files.
 
-``make bench-scale`` (seven minutes; what was stopped goes on after the last size that had ended), or ``study.py 10
-10000`` for other sizes. For each number of matches, in a data folder of its own: play them (`record`), bring
-everything up to date from nothing (`run`), again with nothing new, again with one more match, the same by
-states; ask four questions; look again after a change; check every byte. All processes of a command count.
-Matches have a minute, in leagues of more than 1,000 twenty seconds. ``scale.csv`` grows with each size.
+``make bench-scale`` (seven minutes; what was stopped goes on after the last size that had ended), or
+``study.py 10 10000`` for other sizes. For each number of matches, in a data folder of its own: play them
+(`record`), bring everything up to date from nothing (`run`), again with nothing new, again with one more
+match, the same by states; ask four questions; look again after a change; check every byte. All processes of
+a command count. Matches have a minute, in leagues of more than 1,000 twenty seconds. ``scale.csv`` grows
+with each size.
 
 ``study.py --league FOLDER`` measures a league that is there, and changes it: all but the first two.
 ``copies.py`` makes one of many matches.
