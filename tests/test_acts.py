@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from pitchlore.flows.commands.printing import print_cards
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.face.league import League
@@ -13,7 +14,7 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.settings import ActSettings
 from pitchlore.pipeline.stages.acts.derive import ValueCourse, acts
 from pitchlore.pipeline.store.query import ask
-from pitchlore.pipeline.views.card import cards, often
+from pitchlore.pipeline.views.card import Card, Sentence, _card, cards, lost_most, often
 from pitchlore.schemas import Acts, Goals, Passes, Possession, Pressure, Shots, Trajectories, Values
 
 S = 1_000_000_000
@@ -82,6 +83,38 @@ def test_answers_are_those_of_the_acts(store):
         effect=(pl.col("effect") - pl.col("value") * pl.col("each_match")).abs().fill_null(0) < 1e-9,
     ).select(pl.all().all()).row(0) == (True,) * 7
     assert League(store).lazy("answers").collect().equals(found)
+
+
+def test_lost_balls_before_goals():
+    """The lost ball that most goals against followed is told though V may have fallen by chance, with the count; a team of few goals tells none."""
+    usual = {"team": "a", "kind": "vsss", "role": "striker", "act": "loses the ball", "place": "in midfield", "n": 40, "each_match": 6.0,
+             "effect": -0.1, "goals_for": 1, "goals_against": 4, "says": "too few"}
+    answers = pl.DataFrame([
+        usual, usual | {"role": "goalkeeper", "place": "in its own corner", "goals_against": 11},
+        usual | {"role": "midfield", "act": "presses", "goals_against": 30}, usual | {"place": "on the wing", "effect": 0.2, "says": "sure", "goals_against": 20},
+        usual | {"act": "passes back", "effect": -2.0, "says": "sure"}])
+    assert lost_most(answers, 34)["role"].to_list() == ["goalkeeper"]
+    assert lost_most(answers, 60).is_empty(), "less than a fifth of the goals"
+    assert lost_most(answers.with_columns(goals_against=2), 4).is_empty(), "two goals are few"
+    clips = pl.DataFrame([{"team": "a", "kind": "vsss", "role": row["role"], "act": row["act"], "place": row["place"], "match_id": "m", "side": side,
+                           "robot": 1, "t_ns": 9 * S} for row in answers.iter_rows(named=True) for side in ("home", "away")])
+    counts = pl.DataFrame({"match_id": ["m"], "duration_s": [60.0], "act": ["shoots"], "n": [1]})
+    told = _card("a", "vsss", answers, pl.DataFrame({"scored": [9], "conceded": [34]}), clips, counts)
+    assert [(it.says, it.goals, it.sure, it.team) for it in told.loses] == [
+        ("Striker passes back in midfield", "4 of 34 goals against it followed", "sure", "home"),
+        ("Goalkeeper loses the ball in its own corner", "11 of 34 goals against it followed", "too few", "home")]
+    assert [(it.says, it.team) for it in told.wins] == [("Striker loses the ball on the wing", "away")], "where V rose most"
+
+
+def test_the_card_names_the_newest_match(capsys):
+    """The end of a run says which match is the newest, and what it changed."""
+    told = Sentence("Goalkeeper loses the ball", "often", "11 of 34 goals against it followed", "too few", -0.1, "m", "home", 1, 0, 1, 0.5)
+    print_cards([Card("a", "vsss", [], [told], ["Presses less often"], newest="foxes-wolves-1"), Card("b", "vsss", [], [], [], newest="bears-1")])
+    assert capsys.readouterr().out.splitlines() == [
+        "a: what went with winning", "  too few matches tell yet", "a: what went with losing",
+        "  Goalkeeper loses the ball, often; 11 of 34 goals against it followed (may be chance)",
+        "  newest match: foxes-wolves-1", "    Presses less often",
+        "b: what went with winning", "  too few matches tell yet", "b: what went with losing", "  too few matches tell yet", "  newest match: bears-1"]
 
 
 def test_answer(copied, call):

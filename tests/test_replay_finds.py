@@ -167,6 +167,24 @@ def test_data_is_kept_once(pages, replay, page):
     assert page.locator("#situation optgroup[label^='behaviours of']").count() > 0
 
 
+def test_our_team_is_blue(pages, replay, page):
+    """A replay that a team's page opens draws that team blue, says so, and keeps it in its address."""
+    asked = "[getComputedStyle(document.querySelector('#home i')), getComputedStyle(document.querySelector('#away i'))].map((it) => it.backgroundColor)"
+    opened(page, f"{replay}#t=5&paused")
+    usual, names = page.evaluate(asked), [page.locator(f"#{side} span").inner_text() for side in SIDES]
+    assert page.locator("#colours").text_content().startswith(f"Blue is {names[0]} (home) and orange is {names[1]} (away)")
+    opened(page, f"{replay}#t=5&ours=away&paused")
+    assert page.evaluate(asked) == usual[::-1]
+    assert page.locator("#colours").text_content().startswith(f"Blue is {names[1]} (away) and orange is {names[0]} (home)")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_url(re.compile("t=6.*ours=away"))
+    match = Path(replay).stem
+    for found in (pages.first.parent / "teams").glob("*.html"):
+        links = re.findall(rf'href="[^"]*{match}.html#t=([^"]*)"', found.read_text())
+        name = re.search("<h1>(.*?)</h1>", found.read_text())[1]
+        assert {("ours=away" in link) == (name != "blue") for link in links} <= {True}, found
+
+
 def test_data_is_missing(pages, browser, tmp_path):
     """A replay without its code or its data says which file it misses."""
     source = next((pages.first.parent / "replays").iterdir())

@@ -5,6 +5,7 @@ import re
 import shlex
 import shutil
 from html import unescape
+from types import SimpleNamespace
 
 import numpy as np
 import polars as pl
@@ -22,8 +23,8 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.scout.content.folder import Folder
-from pitchlore.pipeline.views.scout.content.keeper import verdict
-from pitchlore.pipeline.views.scout.content.matches import menu, newest_first
+from pitchlore.pipeline.views.scout.content.keeper import Faced, sums, verdict
+from pitchlore.pipeline.views.scout.content.matches import _swing, menu, newest_first
 from pitchlore.pipeline.views.scout.content.sources import played, team_name
 from pitchlore.pipeline.views.scout.content.teams import better
 from pitchlore.pipeline.views.scout.content.write import WrittenPages, write_pages
@@ -31,7 +32,9 @@ from pitchlore.pipeline.views.scout.facts import LEAST_MATCHES, Numbers, by_lead
 from pitchlore.pipeline.views.scout.gallery import clips
 from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch
 from pitchlore.pipeline.views.scout.restarts import Share
+from pitchlore.pipeline.views.scout.scored import GoalGroup
 from pitchlore.pipeline.views.scout.swings import (
+    Swing,
     deciding,
     drawn_lines,
     lead_words,
@@ -40,7 +43,7 @@ from pitchlore.pipeline.views.scout.swings import (
     swings,
 )
 from pitchlore.pipeline.views.scout.timeline import GoalLine, on_top
-from pitchlore.schemas import Passes, Shots, Values
+from pitchlore.schemas import Passes, Possession, Shots, Trajectories, Values
 from pitchlore.schemas.behaviours import for_people
 
 VSSS = PITCHES[Kind.VSSS]
@@ -121,7 +124,7 @@ def test_intervals_of_few_matches():
     assert LEAST_MATCHES == 4
     assert (three["passes"].low, three["passes"].n) == (None, 3), "three and three can be dealt out in 20 ways only"
     assert four["passes"].low < 305.0 < four["passes"].high
-    assert four["shots"] == (10.0, 0.0, pytest.approx(28.4, abs=0.1), 4, True), "from 0 to 28 says nothing"
+    assert four["shots"][:5] == (10.0, 0.0, pytest.approx(28.4, abs=0.1), 4, True), "from 0 to 28 says nothing"
     assert not four["passes"].varies
     assert (four["wide"][:4], four["possession"][:4]) == ((0.0, 0.0, 0.0, 4), (0.5, None, None, 2)), "two that are alike tell of no spread"
     far = over_matches([(one._replace(possession=share), 1.0) for share in (0.99, 0.99, 0.9, 0.1)])
@@ -249,6 +252,24 @@ def test_swings():
     assert lead_words(goals, {"home": "A", "away": "B"}) == "A led from 0:05 to 1:01 and B led from 1:02 to the end."
     assert lead_words(goals.clear(), {}) == on_top_words([], {}) == ""
     assert (deciding(goals), deciding(goals.head(2)), deciding(goals.clear())) == ((3, 62.0, "away"), None, None)
+
+
+def test_a_missed_chance_is_no_swing_of_others():
+    """V that falls after a shot which was no goal ends the shooter's chance; a goal and a rise are of the team they help."""
+    match = SimpleNamespace(possession=Possession.empty(), trajectories=Trajectories.empty())
+    names = {"home": "A", "away": "B"}
+    falls, rises = Swing(10**9, 3 * 10**9, "away", 0.7, 0.0), Swing(10**9, 3 * 10**9, "home", 0.0, 0.7)
+
+    def told(swing, kind, actor):
+        said = [{"kind": kind, "actor": actor, "seconds": 2.0, "says": "It shoots."}]
+        found = _swing(swing, match, said, names)
+        return found["way"], found["side"]
+
+    for kind in ("save", "shot"):
+        assert told(falls, kind, "home") == ("A: a chance ends", "home")
+        assert told(rises, kind, "home") == ("towards A", "home")
+        assert told(falls, kind, "away") == ("towards B", "away")
+    assert told(falls, "goal", "away") == told(falls, "restart", "home") == ("towards B", "away")
 
 
 @pytest.mark.slow
@@ -395,6 +416,19 @@ def test_keeper_is_that_of_sql(store, pages):
     assert tuple(map(int, said.groups())) == (own, reached, saved)
 
 
+def test_goals_against_add_up():
+    """Shots on target at a goal, and goals against its team, each in numbers that add up to all of them."""
+    def kinds(*rows):
+        return [GoalGroup(says, n, shots, None, []) for says, n, shots in rows]
+
+    assert sums(Faced(67, 8, 2, 0, 31, 26), kinds(("direct", 20, 18), ("indirect", 11, 8), ("error", 3, 0))) == (
+        "Of 67 shots on target at its goal it saved 31, other robots of its team blocked 8, the attackers kept 2 and 26 went in. Of 34 goals against its team "
+        "26 came from a shot that was seen, and 8 did not: 3 by errors of its own team and 5 pushed over the line, or by a shot that was not seen.")
+    assert sums(Faced(3, 0, 0, 1, 1, 1), kinds(("error", 1, 1))) == (
+        "Of 3 shots on target at its goal it saved 1, 1 reached nobody and 1 went in. No other goal against its team is known.")
+    assert sums(Faced(2, 0, 0, 0, 0, 2), kinds(("direct", 1, 1))).endswith("2 went in. 1 of those that went in are counted for no team. No other goal against its team is known.")
+
+
 def test_keepers_differ():
     """Newcombe's interval of two shares' difference: his example (a) is told from chance, (d) is not."""
     assert verdict(Share(56, 70, 0, 1), Share(48, 80, 0, 1)) == "It saves more than the others: +20 percentage points [+5, +33]."
@@ -408,11 +442,13 @@ def test_is_it_better():
     bears, wolves = team_name("Bears", "vsss"), team_name("Wolves", "vsss")
     rows = [{"against": each} for each in (bears, wolves) * 2 + (bears, bears, wolves, wolves)]
     level, moved = {"label": "goals", "beyond": False}, {"label": "passes", "beyond": True}
-    assert better(rows, {"a": level}) == ["No difference between the two halves is larger than chance gives (the older 4 matches against the newer 4).", "Both halves have the same adversaries."]
+    assert better(rows, {"a": level}) == ["No difference between the two halves is larger than chance gives (the older 4 matches against the newer 4).", "Both halves have the same adversaries, in the same shares."]
     said = better([*rows[:6], rows[0], rows[0]], {"a": level, "b": moved})
     assert said[0].startswith("Changed by more than chance gives: passes (")
     assert said[1] == "The adversaries differ, too: the older half has Bears twice and Wolves twice; the newer half has Bears 4 times and no Wolves."
     assert "cannot be told" in better(rows[:7], {})[0]
+    assert better([*rows, *rows[:2], rows[0]][:9], {"a": level})[1].startswith("The shares of the adversaries differ, too: the older half has Bears twice and Wolves twice; ")
+    assert better([rows[0]] * 9, {"a": level})[1] == "Both halves have the same adversaries.", "four matches against five are no other adversary"
 
 
 def test_matches_without_analysis(store, tmp_path):

@@ -1,11 +1,14 @@
 """A coach's questions answered in small tables: losses, goals, halves, passes, shots, danger, and who is counted."""
 
 import json
+import re
+from html import unescape
 
 import numpy as np
 import polars as pl
 import pytest
 
+from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.scout.changes import change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_match
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
@@ -17,7 +20,7 @@ from pitchlore.pipeline.views.scout.leadup import lead_ups
 from pitchlore.pipeline.views.scout.scored import Scored, again, lost_before, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
 from pitchlore.pipeline.views.scout.words import went_with
-from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, passing, samples, third
+from pitchlore.pipeline.views.scout.zones import RobotNumbers, losses, one_role, passing, samples, third
 from pitchlore.pipeline.views.scout.zones import robot_numbers as played_by
 from pitchlore.schemas import SIDES, Goals, Passes, Possession, Referee, Shots, Situations, Trajectories
 
@@ -56,6 +59,25 @@ def test_roles():
     """A robot's role is its commonest, over the matches in which it is seen."""
     found = played_by([({1: {"striker": 6, "midfield": 4}}, 4.0), ({1: {"midfield": 10}, 2: {"striker": 1}}, 6.0)])
     assert found == {1: RobotNumbers("midfield", 0.7, 10.0), 2: RobotNumbers("striker", 1.0, 6.0)}
+
+
+def test_one_role_of_a_robot():
+    """A sentence calls a robot by its longest role in the match, and adds the one that it had then if it is another."""
+    robots = {1: RobotNumbers("goalkeeper", 0.7, 1.0), 2: RobotNumbers("striker", 1.0, 1.0)}
+    sides = {"Foxes": robots, "Red Foxes": {1: RobotNumbers("midfield", 1.0, 1.0)}}
+    assert one_role("Foxes 1 (striker) shoots; Red Foxes 1 (midfield) saves; Foxes 2 (striker) looks; Foxes 3 (midfield), too.", sides) == (
+        "Foxes 1 (goalkeeper, here striker) shoots; Red Foxes 1 (midfield) saves; Foxes 2 (striker) looks; Foxes 3 (midfield), too.")
+
+
+def test_roles_agree_on_a_page(store, pages):
+    """On a match's page a robot has one role in the sentences, which is that of the tables."""
+    for match in played(store):
+        shown = unescape((pages.first.parent / "matches" / f"{match.name}.html").read_text())
+        names = side_names(match.home.name, match.away.name)
+        for side, robots in samples(match.trajectories).items():
+            for number, seen in played_by([(robots, 1.0)]).items():
+                said = set(re.findall(rf"{re.escape(names[side])} {number} \((\w+)[,)]", shown))
+                assert said <= {seen.role}
 
 
 def test_passing():

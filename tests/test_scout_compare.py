@@ -4,14 +4,17 @@ import json
 import re
 from itertools import pairwise
 
+import numpy as np
 import polars as pl
 import pytest
+import scipy
 
 from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.numbers.statistics import welch
 from pitchlore.pipeline.views.scout.content import compare
 from pitchlore.pipeline.views.scout.content.sources import chosen_matches, played
 from pitchlore.pipeline.views.scout.content.write import write_pages
-from pitchlore.pipeline.views.scout.facts import PARTS, numbers, parts, played_s
+from pitchlore.pipeline.views.scout.facts import PARTS, mean_number, numbers, parts, played_s
 from pitchlore.schemas import SIDES, Behaviours
 from pitchlore.schemas.behaviours import for_people
 
@@ -70,8 +73,8 @@ def test_numbers_of_both(store, league):
         "goals": sum(a for a, _ in goals), "against": sum(b for _, b in goals)}
     home = found["teams"][0]
     assert (home["name"], home["matches"]) == ("blue", 2)
-    mean, low, high, n, varies = home["numbers"]["shots"]
-    assert (low, high, n, varies) == (None, None, 2, False), "two matches have no interval"
+    mean, low, high, n, varies, error = home["numbers"]["shots"]
+    assert (low, high, n, varies, error) == (None, None, 2, False, None), "two matches have no interval"
     assert mean == pytest.approx(10 * sum(lines[it.name]["numbers"]["home"]["shots"] for it in league) / 2)
 
 
@@ -168,19 +171,31 @@ def test_no_test_of_few_matches(pages, page):
     """A difference has a star from four matches on each side on, and none below, however alike the matches are."""
     page.goto((pages.first.parent / "compare.html").as_uri())
     page.locator("#sets .found tbody tr").first.wait_for()
-    stars = page.evaluate("""[[1, null, null, 2], [1, 1, 1, 4]].map((one) => apart(one, one.map((it) => it && it + 1), false, true))""")
+    stars = page.evaluate("""[[1, null, null, 2, false, null], [1, 1, 1, 4, false, 0]].map((one) => apart(one, [one[0] + 1, ...one.slice(1)], false, true))""")
     assert stars == ["+1.0", "★ +1.0 ± 0.0"]
     assert page.evaluate("interval([48.8, null, null, 2], false)") == "48.8 too few matches"
     assert page.evaluate("interval([48.8, 0, 99, 4, true], false)") == "48.8 varies too much"
     said = page.evaluate("""[1, 9].map((to) => { const key = league.measures[0][1], of = (at) => Object.fromEntries(
-        league.measures.map(([, name]) => [name, name === key ? [at, at - 1, at + 1, 4, false] : null]));
+        league.measures.map(([, name]) => [name, name === key ? [at, at - 1, at + 1, 4, false, 1 / 3.1824] : null]));
         return answered([{ numbers: of(1), against: of(1) }, { numbers: of(to), against: of(1) }], [4, 4], true); })""")
     assert said == ["No difference between these sets is larger than chance gives (4 matches against 4).",
-                    "More than chance gives changed: goals (+8.0 ± 1.4) (4 matches against 4); of 2 numbers chance alone makes about 0.1 so."]
-    met = page.evaluate("""(() => { league.matches = [["a", "Bears"], ["b", "Bears"], ["c", "Wolves"]].map(([id, name]) => ({ id, names: ["Foxes", name] }));
-        return [["a"], ["c"]].map((second) => adversaries([{ matches: ["a", "b"] }, { matches: second }], ["Foxes", "Foxes"])); })()""")
-    assert met == ["The adversaries differ, too: the first set has Bears twice; the second set has Bears once.",
-                   "The adversaries differ, too: the first set has Bears twice and no Wolves; the second set has no Bears and Wolves once."]
+                    "More than chance gives changed: goals (+8.0 ± 1.1) (4 matches against 4); of 2 numbers chance alone makes about 0.1 so."]
+    met = page.evaluate("""(() => { league.matches = [["a", "Bears"], ["b", "Bears"], ["c", "Wolves"], ["d", "Bears"], ["e", "Wolves"]].map(([id, name]) => ({ id, names: ["Foxes", name] }));
+        return [["ab", "d"], ["ab", "c"], ["ac", "abce"], ["ac", "abe"]].map((both) => adversaries(both.map((ids) => ({ matches: [...ids] })), ["Foxes", "Foxes"])); })()""")
+    assert met == ["Both sets have the same adversaries.",
+                   "The adversaries differ, too: the first set has Bears twice and no Wolves; the second set has no Bears and Wolves once.",
+                   "Both sets have the same adversaries, in the same shares.",
+                   "The shares of the adversaries differ, too: the first set has Bears once and Wolves once; the second set has Bears twice and Wolves once."]
+
+
+def test_differences_are_welchs(pages, page):
+    """The interval of the difference of two sets is that of Welch, as the page of a team and scipy have it."""
+    sides = np.array([1.0, 4.0, 2.0, 9.0]), np.array([10.0, 10.5, 9.0, 30.0, 11.0])
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    means = [list(mean_number(side.tolist())) for side in sides]
+    low, high = welch(sides[1], sides[0])
+    assert page.evaluate("([one, other]) => welch(one, other)", means) == pytest.approx((high - low) / 2, rel=1e-5)
+    assert page.evaluate("[1, 3, 6.5, 40, 500].map(student)") == pytest.approx(scipy.stats.t.ppf(0.975, [1, 3, 6.5, 40, 500]), rel=1e-4)
 
 
 def test_partner_of_a_team(pages, page):

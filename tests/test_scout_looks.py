@@ -17,10 +17,11 @@ from pitchlore.pipeline.views.card import cards
 from pitchlore.pipeline.views.glossary import TERMS
 from pitchlore.pipeline.views.replay import linked
 from pitchlore.pipeline.views.scout import words
+from pitchlore.pipeline.views.scout.content.chances import size
 from pitchlore.pipeline.views.scout.content.flaws import WORDS, flaws
-from pitchlore.pipeline.views.scout.content.sources import matches_in_words
+from pitchlore.pipeline.views.scout.content.sources import matches_in_words, played
 from pitchlore.pipeline.views.scout.pages import rendered as render
-from pitchlore.pipeline.views.scout.pictures import MANY, Mark, on_pitch, pass_arrow
+from pitchlore.pipeline.views.scout.pictures import MANY, SINGLE, Mark, on_pitch, pass_arrow, passes_drawn
 from pitchlore.pipeline.views.scout.timeline import over_time
 from pitchlore.schemas.matches import FLAWS
 
@@ -52,6 +53,27 @@ def test_passes_have_heads(far):
     row = {"x": 0.0, "y": 0.0, "to_x": far, "to_y": 0.0, "robot": 1, "receiver": 2}
     drawn = on_pitch(VSSS, "passes", marks=[pass_arrow(row, "home", VSSS)])
     assert ('<path class="head"' in drawn) == ('<g class="mark home">' in drawn) == (far > 0)
+
+
+def test_many_passes_are_ways():
+    """Few passes have an arrow each; of many one stands for all from part to part, wider for more, and what is left out is said."""
+    each = {"y": 0.0, "to_y": 0.0, "robot": 1, "receiver": 2}
+    few = pl.DataFrame([{"x": -0.6, "to_x": 0.6} | each] * SINGLE)
+    marks, says = passes_drawn(few, "home", VSSS)
+    assert (len(marks), says) == (SINGLE, "Arrows lead from pass to receipt.")
+    many = pl.concat([few, pl.DataFrame([{"x": -0.7, "to_x": 0.7} | each, *[{"x": 0.6, "to_x": 0.1} | each] * 2, {"x": 0.0, "to_x": -0.6} | each])])
+    (wide, thin), says = passes_drawn(many, "home", VSSS)
+    assert (wide.says, thin.says) == (f"{SINGLE + 1} passes", "2 passes"), "the mean of near ones"
+    assert wide.to[0] == pytest.approx((0.6 * SINGLE + 0.7) / (SINGLE + 1))
+    assert wide.width > 5 * thin.width > 0
+    assert says.endswith("Passes of rarer ways are left out: 1.")
+    assert 'style="stroke-width:' in on_pitch(VSSS, "passes", marks=[wide])
+
+
+def test_shots_do_not_pile_up():
+    """Marks of shots are smaller where there are many; their areas go on to grow with xG."""
+    assert size(0.5, 40) == size(0.5, 3) == 2 * size(0.5, 160) > size(0.1, 160) > 0
+    assert size(None, 1) == 1.1
 
 
 def test_many_marks_are_faint():
@@ -194,6 +216,51 @@ def test_words_are_explained(pages, page, tmp_path):
     assert page.locator(".term").all_inner_texts() == ["Support"], "a team is called pressing"
 
 
+def test_a_tap_explains(pages, browser):
+    """On a phone the first tap on a word opens its meaning, and a tap elsewhere closes it."""
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    phone = context.new_page()
+    phone.goto(pages.first.as_uri())
+    term, bubble = phone.locator(".term:visible").first, phone.locator("#meaning")
+    term.tap()
+    phone.wait_for_timeout(100)
+    assert bubble.is_visible()
+    assert bubble.inner_text().endswith(phone.evaluate("WORDS.find(([key]) => key === document.querySelector('.term').dataset.term)[2].replaceAll('`', '')"))
+    phone.locator("h1").first.tap()
+    assert not bubble.is_visible()
+    context.close()
+
+
+def test_a_phone_folds(pages, page):
+    """On a phone tables are folded below the pictures, a link to a part opens it, and a wider window has all open."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    team = next((pages.first.parent / "teams").glob("*.html")).as_uri()
+    page.goto(team)
+    folded = page.locator("details.fold")
+    assert folded.count() > 4
+    assert folded.evaluate_all("all => all.some((it) => it.open)") is False
+    assert page.evaluate("document.documentElement.scrollHeight") < 8 * 844
+    page.locator(".sections a[href='#numbers']").click()
+    page.locator("h2#numbers ~ .folds table").first.wait_for()
+    assert folded.evaluate_all("all => all.filter((it) => it.open).length") == 1
+    page.set_viewport_size({"width": 1366, "height": 844})
+    page.locator("#keeper ~ .folds > table").wait_for()
+    assert not folded.count()
+    table = page.locator("#matches + .tools + table, #analysis + .folds > table").first
+    assert not table.evaluate("it => it.classList.contains('over')"), "it has room"
+
+
+def test_menus_begin_with_the_newest(store, pages, page):
+    """Menus of all pages have the newest match's teams first; the pages themselves do not say which."""
+    newest = list(played(store))[-1]
+    for found in (pages.first, next((pages.first.parent / "matches").glob("*.html")), pages.first.parent / "situations.html"):
+        page.goto(found.as_uri())
+        for menu, folder in (("nav", "teams"), ("nav .menu div", "against")):
+            links = page.locator(f"{menu} > a[href*='{folder}/']").evaluate_all("all => all.map((it) => it.getAttribute('href').split('/').at(-1))")
+            assert links[:2] == [f"{team.slug}.html" for team in (newest.home, newest.away)]
+            assert len({*links}) == len(links) > 2
+
+
 def test_panels_have_room(pages, page):
     """On a desktop a map's panel is wide, the page is not endless, and no sign lies on its count."""
     for found in (pages.first.parent / "maps").glob("*.html"):
@@ -211,8 +278,8 @@ def test_panels_have_room(pages, page):
             const [a, b] = [range.getBoundingClientRect(), sign.getBoundingClientRect()];
             return b.width && a.right > b.left && a.bottom > b.top;
         }).length"""
-        for size in (1366, 390):
-            page.set_viewport_size({"width": size, "height": 768})
+        for width in (1366, 390):
+            page.set_viewport_size({"width": width, "height": 768})
             assert page.locator(".cell .first").evaluate_all(over) == 0
         page.set_viewport_size({"width": 1366, "height": 768})
 

@@ -19,7 +19,7 @@ from pitchlore.pipeline.base.text import printable
 from pitchlore.pipeline.face.versions import Knowledge, Policy
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.views.exports.spreadsheet import safe_csv
-from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour
+from pitchlore.pipeline.views.scout.words import NAMES, of_behaviour, sure_words
 from pitchlore.schemas import note_on
 from pitchlore.schemas.behaviours import SHOWN_FROM, for_people
 
@@ -160,11 +160,13 @@ def print_cards(told: Sequence[Card]) -> None:
             out.print(f"{card.team}: what went with {what}", style="bold", highlight=False, markup=False)
             for it in sentences:
                 goals = f"; {it.goals}" if it.goals else ""
-                out.print(f"  {it.says}, {it.often}{goals} ({it.sure})", soft_wrap=True, highlight=False)
+                out.print(f"  {it.says}, {it.often}{goals} ({sure_words(it.sure)})", soft_wrap=True,
+                          highlight=False)
             if not sentences:
                 out.print("  too few matches tell yet", highlight=False)
+        out.print(f"  newest match: {card.newest}", soft_wrap=True, highlight=False)
         for line in card.changed:
-            out.print(f"  newest match: {line[:1].lower()}{line[1:]}", soft_wrap=True, highlight=False)
+            out.print(f"    {line}", soft_wrap=True, highlight=False)
     for few in dict.fromkeys(card.few for card in told if card.few):
         out.print(few, soft_wrap=True, highlight=False)
 

@@ -20,9 +20,17 @@ from pitchlore.pipeline.store.query import ask, ask_each
 from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_of
 from pitchlore.pipeline.views.few_goals import few_goals
 from pitchlore.pipeline.views.scout.changes import Change, change_of_count
+from pitchlore.pipeline.views.scout.words import TOO_FEW
+from pitchlore.schemas.acts import LEAST
 
-#: Sentences of each kind.
+#: Sentences of each kind, by effect.
 SENTENCES = 3
+#: The lost ball that most goals against followed is told from so many goals, and such a share of all, on.
+LOST_GOALS, LOST_SHARE = 3, 0.2
+#: What tells a team's acts apart.
+_KEY = ("role", "act", "place")
+#: The act that goals against are looked for behind.
+_LOST = "loses the ball"
 #: The answer that was printed last, in a data folder.
 NAME = ".answer.json"
 #: Other teams that are named.
@@ -34,7 +42,7 @@ _NEWEST = """
     order by started_at desc nulls last, match_id desc limit 1"""
 _TEAMS = "select distinct team, kind from sides order by all"
 #: The queries of cards, of the teams whose names are in a list; each has columns team and kind.
-_ANSWERS = "from answers where team in (select unnest(?)) and says <> 'too few'"
+_ANSWERS = "from answers where team in (select unnest(?))"
 _EACH = """
     select s.team, s.kind, m.match_id, m.duration_s, m.started_at, a.act, count(a.act) as n
     from matches m join sides s using (match_id)
@@ -44,19 +52,19 @@ _GOALS = """
     select s.team, s.kind, count(*) filter (g.team = s.side) as scored,
       count(*) filter (g.team <> s.side) as conceded
     from goals g join sides s using (match_id) where s.team in (select unnest(?)) group by all"""
-#: By role, act and place of a team, the act after which V changed most in the way of their sum.
+#: By role, act and place of a team, the act after which V fell most and that after which it rose most.
 _SHOWN = """
     with each as (
       select s.team, s.kind, a.role, a.act, a.place, a.match_id, a.team as side, a.robot, a.t_ns,
         (a."after" - a."before" - a.usual)::decimal(12, 9) as worth
       from acts a join sides s on s.match_id = a.match_id and s.side = a.team
       where s.team in (select unnest(?))
-    ), summed as (
-      select *, sum(worth) over (partition by team, kind, role, act, place) as total from each
     )
-    select * exclude (worth, total) from summed where worth is not null
-    qualify row_number() over (
-      partition by team, kind, role, act, place order by sign(total) * worth desc, match_id, t_ns) = 1"""
+    select * from each where worth is not null
+    qualify 1 in (
+      row_number() over (partition by team, kind, role, act, place order by worth, match_id, t_ns),
+      row_number() over (partition by team, kind, role, act, place order by worth desc, match_id, t_ns))
+    order by worth"""
 
 
 class Sentence(NamedTuple):
@@ -90,7 +98,8 @@ class Card(NamedTuple):
     Attributes:
         team: its name.
         kind: its league.
-        wins, loses: sentences of acts that went with winning and with losing, the most weighty first.
+        wins, loses: sentences of acts that went with winning and with losing, the most weighty first. The
+            last of those that lose may be the lost ball that the most goals against followed.
         changed: sentences of acts that the newest match has more or less of than those before.
         few: sentence on the few goals that all this rests on; empty where they are enough.
         newest: id of the newest match.
@@ -208,20 +217,38 @@ def _card(
     counts: pl.DataFrame,
 ) -> Card:
     """The card of a team, by its own rows of the queries."""
-    found = answers.sort(
+    found = answers.filter(pl.col("says") != TOO_FEW).sort(
         pl.col("effect").abs(), "role", "act", "place", descending=[True, False, False, False])
     ((scored, conceded),) = goals.select("scored", "conceded").rows() or [(0, 0)]
-    shown = {clip[:3]: clip[3:] for clip in clips.drop("team", "kind").iter_rows()}
-    wins, loses = (
-        [_sentence(row, shown[row["role"], row["act"], row["place"]], scored if sign > 0 else conceded)
-         for row in found.filter(sign * pl.col("effect") > 0).head(SENTENCES).iter_rows(named=True)]
-        for sign in (1, -1))
+    best, worst = (found.filter(sign * pl.col("effect") > 0).head(SENTENCES) for sign in (1, -1))
+    worst = pl.concat([worst, lost_most(answers, conceded)]).unique(_KEY, maintain_order=True)
+    wins = [_sentence(row, clips, scored, "for") for row in best.iter_rows(named=True)]
+    loses = [_sentence(row, clips, conceded, "against") for row in worst.iter_rows(named=True)]
     return Card(team, kind, wins, loses, _changed(counts), newest=str(counts["match_id"][-1]))
 
 
-def _sentence(row: dict[str, Any], shown: tuple[str, str, int, int], of: int) -> Sentence:
-    goals, which = (row["goals_for"], "for") if row["effect"] > 0 else (row["goals_against"], "against")
-    match, side, robot, t_ns = shown
+def lost_most(answers: pl.DataFrame, conceded: int) -> pl.DataFrame:
+    """The lost ball that the most goals against followed, as a row of schema Answers; no row of few goals.
+
+    V may have changed by no more than is usual with the ball there: near a team's own goal that is much. The
+    goals are a count, so that they are told, unless V surely rose.
+
+    Args:
+        answers: rows of schema Answers of one team.
+        conceded: goals against the team.
+    """
+    return answers.filter(
+        pl.col("act") == _LOST, pl.col("n") >= LEAST, pl.col("effect").is_not_null(),
+        (pl.col("says") == TOO_FEW) | (pl.col("effect") < 0),
+        pl.col("goals_against") >= max(LOST_GOALS, LOST_SHARE * conceded),
+    ).sort("goals_against", "role", "place", descending=[True, False, False]).head(1)
+
+
+def _sentence(row: dict[str, Any], clips: pl.DataFrame, of: int, which: str) -> Sentence:
+    """A sentence of a row of schema Answers, with the clip after which V changed most in its way."""
+    goals, place = row[f"goals_{which}"], -1 if which == "for" else 0
+    own = clips.filter(**{name: row[name] for name in _KEY})
+    match, side, robot, t_ns = own.select("match_id", "side", "robot", "t_ns").row(place)
     followed = f"{goals} of {number_of(of, 'goal')} {which} it followed" if goals else ""
     return Sentence(
         f"{row['role']} {row['act']} {row['place']}".capitalize(), often(row["each_match"]), followed,

@@ -74,7 +74,7 @@ TERMS = (
          "(?<=: )likely|^likely$"),
     Term("too-few", "Too few",
          "Seen too seldom to say: fewer than five times, or the 95 % interval has no change in it.",
-         "(?<=: )too few"),
+         "(?<=: )too few|^may be chance$"),
     Term("too-few-matches", "Too few matches",
          "Fewer than four matches. A difference is told from chance from four matches a side on: "
          "six can be dealt out as three and three in 20 ways only, so that no test goes below one in ten.",

@@ -62,6 +62,9 @@ addEventListener("DOMContentLoaded", () => {
     if (termOf(event)) show(termOf(event)); else if (of !== document.activeElement) show(null);
   });
   document.addEventListener("focusin", (event) => show(event.target.matches(":focus-visible") ? termOf(event) : null));
+  document.addEventListener("click", (event) => { // a finger has no hover: its focus comes after the pointer, and hid what that showed
+    if (event.target.closest?.(".term")) show(termOf(event));
+  });
   document.addEventListener("focusout", () => show(null));
   document.addEventListener("keydown", ({ key }) => { if (key === "Escape") show(null); });
   addEventListener("scroll", () => show(of === document.activeElement ? of : null), { capture: true, passive: true });

@@ -23,6 +23,7 @@ function start(match, known) {
     skip: hash.get("skip") !== "0", marked: -1, view: 0, span: Math.min(WINDOW, end || 1), dragging: false, dirty: true,
   };
   let chosen = null; // the robot that the address names
+  let ours = "home"; // the side of the team that the page before was of: it is blue
   const { events, find } = finder(match);
   const { paint, readColours, timeAt, robotAt, lineHeight } = painter(match, state);
 
@@ -157,6 +158,7 @@ function start(match, known) {
   function address() {
     const parts = [`t=${(state.t / 1000).toFixed(2)}`], wanted = $("situation").value;
     if (chosen) parts.push(`robot=${chosen.team}-${chosen.id}`);
+    if (ours === "away") parts.push("ours=away");
     if (wanted && wanted !== first) parts.push(`${Object.hasOwn(EVENTS, wanted) ? "find" : /^\d+$/.test(wanted) ? "situation" : "behaviour"}=${wanted}`);
     return [...parts, ...(state.filter ? ["filter"] : []), "paused"].join("&");
   }
@@ -326,8 +328,19 @@ function start(match, known) {
 
   // -- begin ----------------------------------------------------------------------------------
 
+  function colour(side) {
+    ours = side;
+    document.documentElement.classList.toggle("turned", ours === "away");
+    readColours();
+    const other = { home: "away", away: "home" }[ours];
+    $("colours").textContent = `Blue is ${teams[ours]} (${ours}) and orange is ${teams[other]} (${other}), which the colour-blind tell apart. ` + (match.worn
+      ? `The edge of a robot is its team's own colour: ${match.worn.home} or ${match.worn.away}.`
+      : "The recording does not say which colours the teams wear.");
+  }
+
   function follow() {
     const wanted = new URLSearchParams(location.hash.slice(1));
+    colour(wanted.get("ours") === "away" ? "away" : "home");
     setSpeed(Number(wanted.get("speed") ?? state.speed));
     if (wanted.has("window")) look(state.view, 1000 * Number(wanted.get("window")) || WINDOW);
     const [team, id] = (wanted.get("robot") ?? "").split("-");
@@ -357,12 +370,8 @@ function start(match, known) {
   if (!match.complete) $("legend").append(element("span", "", `not complete: ${match.incomplete_reason ?? "reason unknown"}`));
   if (match.note) $("legend").append(element("span", "", match.note));
   if (match.worn) $("legend").append(element("span", "", "edge: the team's own colour"));
-  $("colours").textContent = "Blue is home and orange is away, which the colour-blind tell apart. " + (match.worn
-    ? `The edge of a robot is its team's own colour: ${match.worn.home} or ${match.worn.away}.`
-    : "The recording does not say which colours the teams wear.");
   $("overview").style.height = "38px";
   $("timeline").style.height = `${lineHeight()}px`;
-  readColours();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColours(); draw(); });
   addEventListener("hashchange", follow);
   follow();

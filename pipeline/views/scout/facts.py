@@ -245,7 +245,7 @@ class Mean(NamedTuple):
     """A mean over matches with its 95 % interval (Student's t).
 
     It has no ends below :data:`LEAST_MATCHES` matches. It ``varies`` too much to be shown with its interval
-    if that leads from 0 to twice the mean.
+    if that leads from 0 to twice the mean. Its ``error`` is its standard error, for Welch's intervals.
     """
 
     mean: float
@@ -253,14 +253,18 @@ class Mean(NamedTuple):
     high: float | None
     n: int
     varies: bool = False
+    error: float | None = None
 
 
 def mean_number(values: Sequence[float]) -> Mean | None:
     """The mean of a number over matches; None without any."""
     if not values:
         return None
-    low, high = (mean_interval(values) if len(values) >= LEAST_MATCHES else None) or (None, None)
-    return Mean(float(np.mean(values)), low, high, len(values))
+    if len(values) < LEAST_MATCHES:
+        return Mean(float(np.mean(values)), None, None, len(values))
+    low, high = mean_interval(values) or (None, None)
+    return Mean(float(np.mean(values)), low, high, len(values),
+                error=float(np.std(values, ddof=1)) / len(values) ** 0.5)
 
 
 def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -18,6 +19,7 @@ from pitchlore.pipeline.views import glossary
 from pitchlore.pipeline.views.replay import asset, strict
 from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.shooting import outcome_words
+from pitchlore.pipeline.views.scout.words import sure_words
 
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
@@ -33,7 +35,7 @@ def _environment() -> Environment:
         trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
                      "short": _short, "number_of": number_of, "outcome": outcome_words, "shell": shlex.quote}
-    made.filters["typed"] = _typed
+    made.filters |= {"typed": _typed, "sure": sure_words}
     made.globals |= {"moment": _moment, "few_goals": _few_goals, "terms": glossary.TERMS}
     return made
 
@@ -50,12 +52,17 @@ def rendered(name: str, *, up: str = "", of: str | None = None, **facts: Any) ->
     return _environment().get_template(f"{name}.html").render(up=up, of=of, **facts).encode()
 
 
-def page_files() -> dict[str, bytes]:
-    """The style sheet and the scripts; the replay's code is in that of all pages."""
+def page_files(first: Sequence[str] = ()) -> dict[str, bytes]:
+    """The style sheet and the scripts; the replay's code is in that of all pages.
+
+    Args:
+        first: names of the files of the teams that menus begin with.
+    """
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
     styles, scripts = ([own.joinpath(name).read_text(encoding="utf-8") for name in names]
                        for names in ((STYLE, *_MORE_STYLE), (SCRIPT, *_MORE_SCRIPT)))
-    script = strict(glossary.words_script(), asset("match.js"), asset("draw.js"), *scripts)
+    script = strict(glossary.words_script(), asset("match.js"), asset("draw.js"), *scripts,
+                    f"menuFirst({json.dumps(first)});\n")
     return {SCRIPT: script.encode(), STYLE: "\n".join([*styles, glossary.words_style()]).encode(),
             **{name: own.joinpath(name).read_bytes() for name in (COMPARE, MAP)}}
 
@@ -66,9 +73,13 @@ def _typed(text: str) -> Markup:
 
 
 @pass_context
-def _moment(context: Context, *of_what: Any) -> str:
-    """:func:`moment`, from the page."""
-    return moment(*of_what, up=context["up"], of=context["of"])
+def _moment(
+    context: Context, match: str, at: float, team: str = "", robot: int | None = None,
+    behaviour: str = "", ours: str | None = None,
+) -> str:
+    """:func:`moment`, from the page; ``ours`` is, where nothing is given, the side of the page's team."""
+    ours = ours or context.get("side_of", {}).get(match, "")
+    return moment(match, at, team, robot, behaviour, up=context["up"], of=context["of"], ours=ours)
 
 
 @pass_context

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+import polars as pl
 from markupsafe import Markup, escape
 
 from pitchlore.pipeline.game.pitch import MARKINGS, Pitch
@@ -18,6 +19,10 @@ from pitchlore.pipeline.numbers.arrays import F64
 CELLS = (24, 16)
 #: From so many marks on, marks are small, thin and see-through.
 MANY = 80
+#: Up to so many passes have an arrow each.
+SINGLE = 30
+#: Zones along and across the pitch by which more passes are put together, and ways from zone to zone drawn.
+ZONES, WAYS_DRAWN = (6, 3), 24
 #: Faintest cell of a heat map, so that it is seen on light and on dark ground.
 _FAINTEST = 0.09
 #: Shades of a heat map, and the least share of its fullest cell that is drawn.
@@ -35,6 +40,7 @@ class Mark(NamedTuple):
         link: address that it leads to.
         size: radius of a dot, or length of an arrow's head (0: a dot at its end), hundredths of the pitch.
         letter: text in a dot.
+        width: width of an arrow's line, hundredths of the pitch (0: that of the style).
     """
 
     x: float
@@ -45,6 +51,7 @@ class Mark(NamedTuple):
     link: str | None = None
     size: float = 0.0
     letter: str = ""
+    width: float = 0.0
 
 
 def pass_arrow(row: Mapping[str, Any], side: str, pitch: Pitch) -> Mark:
@@ -52,6 +59,33 @@ def pass_arrow(row: Mapping[str, Any], side: str, pitch: Pitch) -> Mark:
     far = float(np.hypot(row["to_x"] - row["x"], row["to_y"] - row["y"])) * 100 / pitch.length
     return Mark(row["x"], row["y"], f"mark {side}", f"{row['robot']} to {row['receiver']}",
                 (row["to_x"], row["to_y"]), size=max(min(2.4, 0.7 * far), 1e-3))
+
+
+def passes_drawn(passes: pl.DataFrame, side: str, pitch: Pitch) -> tuple[list[Mark], str]:
+    """Arrows of passes, and what they are in a sentence; of many one for all that lead from zone to zone.
+
+    Args:
+        passes: rows of schema Passes of a team.
+        side: class of the style sheet that has its colour.
+        pitch: pitch of the matches.
+    """
+    if passes.height <= SINGLE:
+        return ([pass_arrow(row, side, pitch) for row in passes.iter_rows(named=True)],
+                "Arrows lead from pass to receipt.")
+    ends = [("x", pitch.length, ZONES[0]), ("y", pitch.width, ZONES[1]),
+            ("to_x", pitch.length, ZONES[0]), ("to_y", pitch.width, ZONES[1])]
+    zones = [((pl.col(name) / span + 0.5) * count).floor().clip(0, count - 1).alias(f"{name}_zone")
+             for name, span, count in ends]
+    ways = passes.group_by(zones).agg(pl.col("x", "y", "to_x", "to_y").mean(), pl.len()).sort(
+        "len", *(f"{name}_zone" for name, *_ in ends), descending=[True, *(False for _ in ends)])
+    drawn = ways.head(WAYS_DRAWN).filter(pl.col("len") > 1)
+    most = max(drawn["len"].to_list(), default=1)
+    marks = [Mark(x, y, f"mark {side}", f"{n} passes", (to_x, to_y), size=1.6 + 1.6 * n / most,
+                  width=1.6 * n / most)
+             for x, y, to_x, to_y, n in drawn.select("x", "y", "to_x", "to_y", "len").iter_rows()]
+    left = passes.height - int(drawn["len"].sum())
+    return marks, (f"An arrow stands for all passes from one of {ZONES[0] * ZONES[1]} parts of the pitch to"
+                   f" another: the wider, the more. Passes of rarer ways are left out: {left}.")
 
 
 def heat(x: F64, y: F64, pitch: Pitch) -> F64:
@@ -154,11 +188,11 @@ class _Pen(NamedTuple):
                           f' font-size="{self.number(3.6 * self.unit)}">{escape(mark.letter)}</text>')
             return drawn
         if mark.size:
-            return self._headed(mark.x, mark.y, *mark.to, mark.size * self.unit)
+            return self._headed(mark.x, mark.y, *mark.to, mark.size * self.unit, mark.width * self.unit)
         return (f'<path class="way" d="M{self.at(mark.x, mark.y)}L{self.at(*mark.to)}"/>'
                 f"{self.dot(*mark.to, 0.7)}")
 
-    def _headed(self, x: float, y: float, to_x: float, to_y: float, head: float) -> str:
+    def _headed(self, x: float, y: float, to_x: float, to_y: float, head: float, width: float) -> str:
         """An arrow with a head, which is left out if the arrow is shorter than it."""
         length = math.hypot(to_x - x, to_y - y)
         if length <= head:
@@ -166,7 +200,8 @@ class _Pen(NamedTuple):
         along_x, along_y = (to_x - x) / length, (to_y - y) / length
         neck_x, neck_y, side_x, side_y = (
             to_x - head * along_x, to_y - head * along_y, -0.45 * head * along_y, 0.45 * head * along_x)
-        return (f'<path class="way" d="M{self.at(x, y)}L{self.at(neck_x, neck_y)}"/>'
+        wide = f' style="stroke-width:{self.number(width)}"' if width else ""
+        return (f'<path class="way"{wide} d="M{self.at(x, y)}L{self.at(neck_x, neck_y)}"/>'
                 f'<path class="head" d="M{self.at(to_x, to_y)}L{self.at(neck_x + side_x, neck_y + side_y)}'
                 f' {self.at(neck_x - side_x, neck_y - side_y)}Z"/>')
 

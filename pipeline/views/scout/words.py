@@ -13,6 +13,15 @@ from pitchlore.schemas.behaviours import SHOWN_FROM
 NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
 
+#: What table answers says of acts that chance may explain.
+TOO_FEW = "too few"
+
+
+def sure_words(says: str) -> str:
+    """How sure a sentence of a card is, as people read it; ``says`` is that of schema Answers."""
+    return "may be chance" if says == TOO_FEW else says
+
+
 #: Titles of the situations, two words at most: those of four make a title of eight.
 TITLES = {
     1: "has ball", 11: "guides ball", 21: "kicks ball", 22: "loses ball", 23: "yields ball",

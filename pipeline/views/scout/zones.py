@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import polars as pl
 
-from pitchlore.schemas import SIDES
+from pitchlore.schemas import ROLES, SIDES
 
 #: Thirds of the pitch along it, as a team sees them.
 THIRDS = ("own third", "middle third", "attacking third")
@@ -112,6 +113,23 @@ def robot_numbers(each: Iterable[tuple[Mapping[int, Mapping[str, int]], float]])
         role = min(roles, key=lambda name: (-roles[name], name))
         found[robot] = RobotNumbers(role, roles[role] / max(sum(roles.values()), 1), minutes[robot])
     return found
+
+
+def one_role(says: str, sides: Mapping[str, Mapping[int, RobotNumbers]]) -> str:
+    """A sentence with one role for each robot: the longest, and after it that of the moment if it is another.
+
+    Args:
+        says: a sentence in which a robot is called ``name number (role then)``.
+        sides: the robots of each side, by what it is called.
+    """
+    def named(found: re.Match[str]) -> str:
+        name, number, then = found.groups()
+        seen = sides[name].get(int(number))
+        role = then if seen is None else seen.role
+        return f"{name} {number} ({role}{'' if then == role else f', here {then}'})"
+
+    names = "|".join(map(re.escape, sorted(sides, key=len, reverse=True)))
+    return re.sub(rf"({names}) (\d+) \(({'|'.join(ROLES)})\)", named, says)
 
 
 def time_in(role: str, each: Iterable[Mapping[int, Mapping[str, int]]]) -> list[tuple[int, float]]:

@@ -26,6 +26,7 @@ from pitchlore.pipeline.views.scout.zones import (
     RobotNumbers,
     RoleSamples,
     losses,
+    one_role,
     passing,
     robot_numbers,
     samples,
@@ -62,8 +63,16 @@ def of_match(match: LeagueMatch, kept: MatchAnswers) -> dict[str, dict[str, Any]
 
 
 def kept(match: LeagueMatch) -> MatchAnswers:
-    """Samples of a match's robots, and its goals."""
-    return MatchAnswers(samples(match.trajectories), goals_of(match))
+    """Samples of a match's robots, and its goals with one role a robot."""
+    robots = samples(match.trajectories)
+    return MatchAnswers(robots, [goal._replace(before=goal.before._replace(
+        says=roles_said(goal.before.says, match, robots))) for goal in goals_of(match)])
+
+
+def roles_said(says: str, match: LeagueMatch, robots: Mapping[str, RoleSamples]) -> str:
+    """A sentence of a match with one role a robot (:func:`one_role`); ``robots`` are each side's samples."""
+    names = side_names(match.home.name, match.away.name)
+    return one_role(says, {names[side]: robot_numbers([(robots[side], 0.0)]) for side in SIDES})
 
 
 def team_answers(

@@ -13,6 +13,9 @@ from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, over_sid
 from pitchlore.pipeline.views.scout.facts import Mean
 from pitchlore.pipeline.views.scout.shooting import outcome_words
 
+#: Up to so many shots in a picture have marks of full size.
+_CLEAR = 40
+
 
 def with_chances(match: MatchTables) -> pl.DataFrame:
     """The shots of a match with the column xg of the table chances."""
@@ -60,6 +63,6 @@ def shot_words(shot: Mapping[str, Any]) -> str:
     return says if shot["xg"] is None else f"{says}, xG {shot['xg']:.2f}"
 
 
-def size(xg: float | None) -> float:
-    """Size of a shot's mark: its area grows with xG; that of any other mark (0) where xG is not known."""
-    return 0.0 if xg is None else 1.1 * (0.3 + 3.0 * xg) ** 0.5
+def size(xg: float | None, shots: int) -> float:
+    """Size of a shot's mark: its area grows with xG, and falls where there are more than 40 shots."""
+    return min(1.0, (_CLEAR / max(shots, 1)) ** 0.5) * 1.1 * (1.0 if xg is None else (0.3 + 3.0 * xg) ** 0.5)

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.numbers.statistics import wilson
 from pitchlore.pipeline.views.commentary.words import enumerated
 from pitchlore.pipeline.views.scout.content.answers import line_samples
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, over_sides
 from pitchlore.pipeline.views.scout.gallery import Clip
 from pitchlore.pipeline.views.scout.restarts import Share
-from pitchlore.pipeline.views.scout.scored import Lost
+from pitchlore.pipeline.views.scout.scored import ERROR, GoalGroup
 from pitchlore.pipeline.views.scout.zones import time_in
 from pitchlore.schemas import SIDES
 
@@ -76,7 +77,7 @@ def others(
 
 def keeper(
     played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]], beside: tuple[int, int],
-    lost: Sequence[Lost],
+    conceded: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Content of the section about a team's goalkeeper.
 
@@ -84,22 +85,49 @@ def keeper(
         played: the team's sides in matches.
         lines: the league's, by match.
         beside: shots that the league's other goalkeepers saved, and those that reached them.
-        lost: the robots of the team that lost the ball before goals against it.
+        conceded: how goals against the team came about.
     """
     shots = over_sides(played, LeagueMatch.shots, own=False)
     faced = faced_of(shots)
     own, other = _share(faced.saved, faced.reached), _share(*beside)
     robots = time_in(_ROLE, (line_samples(match, side, lines) for match, side in played))[:2]
-    gave = [row for row in lost if row.role.startswith(_ROLE)]
+    gave = [row for row in conceded["lost"] if row.role.startswith(_ROLE)]
     saved = shots.filter(pl.col("outcome") == "saved")
     clips = [Clip.about(row, row["t_ns"], row["t_ns"], "saved", before_s=2.0, after_s=1.5) for row in _spread(
         saved).iter_rows(named=True)]
     return {
         "robots": enumerated([
             f"robot {robot} for {100 * share:.0f}\u00a0% of its time" for robot, share in robots]),
-        "faced": faced, "own": own, "other": other, "verdict": verdict(own, other),
+        "faced": faced, "sums": sums(faced, conceded["kinds"]),
+        "own": own, "other": other, "verdict": verdict(own, other),
         "gave": gave, "clips": clips + [clip._replace(says="goal after it lost the ball")
                                         for row in gave for clip in row.clips][:CLIPS]}
+
+
+def sums(faced: Faced, kinds: Sequence[GoalGroup]) -> str:
+    """What became of the shots on target at a team's goal, and where all goals against it came from.
+
+    Args:
+        faced: the shots.
+        kinds: the goals against the team, a line a kind.
+    """
+    n, blocked, kept, missed, saved, conceded = faced
+    ways = ((saved, f"it saved {saved}"), (blocked, f"other robots of its team blocked {blocked}"),
+            (kept, f"the attackers kept {kept}"), (missed, f"{missed} reached nobody"),
+            (conceded, f"{conceded} went in"))
+    told = enumerated([it for count, it in ways if count]) if n else ""
+    says = f"Of {number_of(n, 'shot')} on target at its goal {told}." if n else ""
+    goals, shots = (sum(getattr(kind, name) for kind in kinds) for name in ("n", "shots"))
+    if conceded > shots:
+        says += f" {conceded - shots} of those that went in are counted for no team."
+    if goals == shots:
+        return f"{says} No other goal against its team is known."
+    errors = sum(kind.n - kind.shots for kind in kinds if kind.says == ERROR)
+    pushed = goals - shots - errors
+    other = [f"{errors} by errors of its own team"] if errors else []
+    other += [f"{pushed} pushed over the line, or by a shot that was not seen"] if pushed else []
+    return (f"{says} Of {number_of(goals, 'goal')} against its team {shots} came from a shot that was seen,"
+            f" and {goals - shots} did not: {enumerated(other)}.")
 
 
 def verdict(own: Share | None, other: Share | None) -> str:

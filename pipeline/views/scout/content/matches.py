@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from pitchlore.pipeline.views.commentary.summary import found_words
 from pitchlore.pipeline.views.commentary.words import side_names, time_elapsed
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.analysis import analysed, in_halves, space_over_time
-from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match
+from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match, roles_said
 from pitchlore.pipeline.views.scout.content.chances import rests_on, shot_words, size, with_chances
 from pitchlore.pipeline.views.scout.content.flaws import flaws
 from pitchlore.pipeline.views.scout.content.keeper import faced_of
@@ -30,7 +31,7 @@ from pitchlore.pipeline.views.scout.facts import (
     played_s,
 )
 from pitchlore.pipeline.views.scout.moments import moment
-from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, pass_arrow
+from pitchlore.pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, passes_drawn
 from pitchlore.pipeline.views.scout.restarts import any_moment
 from pitchlore.pipeline.views.scout.scored import Scored, clip_of
 from pitchlore.pipeline.views.scout.swings import (
@@ -79,6 +80,8 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
                  f"goal for {names[team] if team else 'nobody knows whom'} at {time_elapsed(t_ns)}",
                  f"../matches/{match.name}.html#goal-{place}")
         for place, (t_ns, team) in enumerate(match.goals.sort("t_ns").select("t_ns", "team").iter_rows(), 1)]
+    moments = replace(moments, moments=tuple(
+        it._replace(text=roles_said(it.text, match, kept.robots)) for it in moments.moments))
     played, said, ran = stretches(match.values), _reported(moments), in_halves(match)
     drawn, decided = drawn_lines(played, row["duration_s"]), deciding(match.goals)
     swung = swings(drawn)
@@ -191,7 +194,8 @@ def _swing(
 ) -> dict[str, Any]:
     """A swing in words: what the commentary tells of it, else who had the ball, and where.
 
-    Its time is that of a goal in it, else of the first other event that is told, else of its end.
+    Its time is that of a goal in it, else of the first other event that is told, else of its end. Where a
+    shot of the side that V moved away from was no goal, the swing is the end of that side's chance.
     """
     start_s, end_s = swing.start_ns / 1e9, swing.end_ns / 1e9
     told = [line for line in said
@@ -200,8 +204,12 @@ def _swing(
     first, then = (_had(match, at, names) for at in (swing.start_ns, swing.end_ns))
     words = f"{first}, then {then}." if first != then else f"{first}."
     says = " ".join(line["says"] for line in told) or words[:1].upper() + words[1:]
+    shot = next((line["actor"] for line in told if line["kind"] in ("save", "shot")), swing.side)
+    missed = shot if event.get("kind") != "goal" and shot != swing.side else None
+    way = f"{names[missed]}: a chance ends" if missed else f"towards {names[swing.side]}"
     return swing._asdict() | {
-        "at": before(min(start_s, event["seconds"])), "seconds": event["seconds"], "says": says}
+        "side": missed or swing.side, "way": way, "says": says,
+        "at": before(min(start_s, event["seconds"])), "seconds": event["seconds"]}
 
 
 def _had(match: LeagueMatch, t_ns: int, names: Mapping[str, str]) -> str:
@@ -259,14 +267,15 @@ def _goals(
 
 
 def _shots(match: LeagueMatch, names: Mapping[str, str]) -> dict[str, Any]:
-    rows, marks = [], []
-    for shot in with_chances(match).iter_rows(named=True):
+    rows, marks, shots = [], [], with_chances(match)
+    for shot in shots.iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
         at = shot["t_ns"] / 1e9
         says = f"{names[shot['team']]} {shot['robot']}: {shot_words(shot)}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
-                          link=moment(match.name, before(at), of=match.name), size=size(shot["xg"])))
+                          link=moment(match.name, before(at), of=match.name),
+                          size=size(shot["xg"], shots.height)))
         reported = ("team", "robot", "distance", "speed", "xg", "outcome")
         rows.append({key: shot[key] for key in reported}
                     | {"name": names[shot["team"]], "at": at, "watch": before(at)})
@@ -280,14 +289,15 @@ def _passes(match: LeagueMatch, side: str, name: str, pitch: Pitch) -> dict[str,
     lost = match.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
     marks = [Mark(row["end_x"], row["end_y"], "mark lost", f"{row['last_robot']} loses the ball")
              for row in lost.iter_rows(named=True)]
-    marks += [pass_arrow(row, side, pitch) for row in own.iter_rows(named=True)]
+    arrows, drawn = passes_drawn(own, side, pitch)
     rows = [(row["t_ns"], row["robot"],
              f"passes to {row['receiver']}, {'through, ' * row['through']}{row['direction']}",
              row["x"], row["y"]) for row in own.iter_rows(named=True)]
     rows += [(row["end_ns"], row["last_robot"], "loses the ball", row["end_x"], row["end_y"])
              for row in lost.iter_rows(named=True)]
     return {
-        "picture": on_pitch(pitch, f"passes of {name}, and where it loses the ball", marks=marks),
+        "drawn": drawn, "picture": on_pitch(
+            pitch, f"passes of {name}, and where it loses the ball", marks=marks + arrows),
         "rows": [{"at": t_ns / 1e9, "watch": before(t_ns / 1e9), "robot": robot, "says": says, "x": x, "y": y}
                  for t_ns, robot, says, x, y in sorted(rows)],
     }
@@ -320,7 +330,8 @@ def _robots(match: LeagueMatch) -> list[dict[str, Any]]:
 def menu(matches: Sequence[LeagueMatch], mine: str = "") -> list[TeamName]:
     """The teams of some matches: those that are called so first, then by name.
 
-    No match changes that order, so that a new one leaves the pages of the others as they are.
+    No match changes that order, so that a new one leaves the pages of the others as they are; a script that
+    all pages load puts the teams of the newest match first (:func:`newest_first`).
     """
     return sorted({team for match in matches for team in (match.home, match.away)},
                   key=lambda team: (team.name != mine, team))

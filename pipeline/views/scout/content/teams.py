@@ -44,7 +44,7 @@ from pitchlore.pipeline.views.scout.gallery import at_first, clips, leading, pat
 from pitchlore.pipeline.views.scout.maps import lying, neuron_key
 from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.occurrences import occurrence_places, occurrences
-from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
+from pitchlore.pipeline.views.scout.pictures import Mark, heat, on_pitch, passes_drawn
 from pitchlore.pipeline.views.scout.restarts import SOON_S, FollowedSamples, paid
 from pitchlore.pipeline.views.scout.restarts import control_over_matches as any_moment
 from pitchlore.pipeline.views.scout.timeline import spark
@@ -63,8 +63,6 @@ LEAST_S = 60.0
 SHOTS = 200
 #: Behaviours in the table of all: the first.
 LISTED = 800
-#: Passes that are drawn: the last.
-PASSES = 200
 #: Outcomes of a match for a team, by the sign of its lead: drawn, won, lost.
 RESULTS = ("drawn", "won", "lost")
 _TIMES = {1: "once", 2: "twice"}
@@ -112,7 +110,7 @@ def team_facts(
         "better": better(rows, trends) if len(rows) > 1 else [],
         "compared": any(it["since"] is not None for it in trends.values()),
         "analysed": analysed(played, answers["roles"], ran=[lines[match.name]["ran"] for match, _ in played]),
-        "keeper": keeper(played, lines, keepers, answers["conceded"]["lost"]),
+        "keeper": keeper(played, lines, keepers, answers["conceded"]),
         "pictures": _pictures(team, matches), "tiles": _tiles(rows, numbers, own),
         "restarts": paid(over_sides(played, LeagueMatch.restarts)), "soon_s": SOON_S,
         "any": any_moment(moments),
@@ -173,13 +171,14 @@ def better(rows: Sequence[Mapping[str, Any]], trends: Mapping[str, Mapping[str, 
     says = [f"Changed by more than chance gives: {enumerated(changed)} {counted}." if changed else
             f"No difference between the two halves is larger than chance gives {counted}."]
     met = [Counter(row["against"].name for row in half) for half in (older, newer)]
-    if met[0] == met[1]:
-        return [*says, "Both halves have the same adversaries."]
     every = sorted({*met[0], *met[1]})
+    if all(met[0][name] * len(newer) == met[1][name] * len(older) for name in every):
+        return [*says, f"Both halves have the same adversaries{', in the same shares' * (len(every) > 1)}."]
     told = [enumerated([
         f"{name} {_TIMES.get(half[name], f'{half[name]} times')}" if half[name] else f"no {name}"
         for name in every]) for half in met]
-    return [*says, (f"The adversaries differ, too: the older half has {told[0]}; "
+    what = "adversaries" if met[0].keys() ^ met[1].keys() else "shares of the adversaries"
+    return [*says, (f"The {what} differ, too: the older half has {told[0]}; "
                     f"the newer half has {told[1]}.")]
 
 
@@ -214,15 +213,13 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     count = len(same[-8:])
     last = "its last match" if count == 1 else f"its last {count} matches"
     many = shots.height > SHOTS
-    drawn = f"; the last {PASSES} are drawn" if arrows.height > PASSES else ""
+    passes, drawn = passes_drawn(arrows, "home", pitch)
     return [
         {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
             f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {_ATTACKS}",
          "picture": shots_drawn(shots, pitch, "shots")},
-        {"name": "Passes", "says": f"Passes that arrive: {arrows.height}{drawn}; arrows lead from pass to "
-            f"receipt. {_ATTACKS}",
-         "picture": on_pitch(pitch, "passes", marks=[
-             pass_arrow(row, "home", pitch) for row in arrows.tail(PASSES).iter_rows(named=True)])},
+        {"name": "Passes", "says": f"Passes that arrive: {arrows.height}. {drawn} {_ATTACKS}",
+         "picture": on_pitch(pitch, "passes", marks=passes)},
         {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
@@ -250,8 +247,8 @@ def _shots(shots: pl.DataFrame) -> list[Mark]:
         at = before(row["t_ns"] / 1e9)
         marks.append(Mark(
             row["x"], row["y"], f"mark home {row['outcome']}",
-            f"robot {row['robot']}: {shot_words(row)}", size=size(row["xg"]),
-            link=moment(row["match_id"], at)))
+            f"robot {row['robot']}: {shot_words(row)}", size=size(row["xg"], shots.height),
+            link=moment(row["match_id"], at, ours=row["team"])))
     return marks
 
 

@@ -44,6 +44,8 @@ from pitchlore.pipeline.views.scout.content.teams import FROM, on_page
 from pitchlore.pipeline.views.scout.pages import page_files, rendered
 from pitchlore.schemas import Behaviours
 
+#: Teams that menus begin with: mine, and those of the newest match.
+_FIRST = 3
 #: Matches of a piece of work: a process takes as long to start as to make the pages of a few.
 _AT_ONCE = 4
 
@@ -131,7 +133,8 @@ def write_pages(
     for manifest in versions:
         folder.put(f"compare/v{manifest.version}.js", digest(canonical([everything, manifest.key])), partial(
             compare.knowledge, store, manifest, league, lines))
-    for name, content in (page_files() | replays.replay_files(teams, known, behind)).items():
+    files = page_files([team.slug for team in first[:_FIRST]])
+    for name, content in (files | replays.replay_files(teams, known, behind)).items():
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())

@@ -40,7 +40,7 @@ function loaded(version) {
 const percent = (share) => `${Math.round(100 * share)}\u00a0%`;
 const plain = (value, share, digits = Number.isInteger(value) ? 0 : 2) => (value === null ? "–" : share ? percent(value) : value.toFixed(digits));
 
-/** A mean over matches with its interval; Mean is a list: mean, low, high, n. */
+/** A mean over matches with its interval; Mean is a list: mean, low, high, n, varies, standard error. */
 function interval(mean, share) {
   if (mean === null) return "–";
   const [middle, low, high, n, varies] = mean;
@@ -186,20 +186,34 @@ function met(both) {
     && names.includes(one.name) && names.includes(other.name));
 }
 
+/** The 97.5 % point of Student's t: of the angle whose tangent is t / sqrt(v), whose density is cos^(v - 1). */
+function student(v) {
+  const steps = 2000, high = Array.from({ length: 2 * steps + 1 }, (_, i) => Math.cos((i * Math.PI) / 4 / steps) ** (v - 1)), areas = [0];
+  for (let i = 0; i < steps; i++) areas.push(areas[i] + high[2 * i] + 4 * high[2 * i + 1] + high[2 * i + 2]); // Simpson
+  const wanted = 0.95 * areas[steps], i = areas.findIndex((area) => area >= wanted);
+  const angle = (i - 1 + (wanted - areas[i - 1]) / (areas[i] - areas[i - 1])) * (Math.PI / 2 / steps);
+  return Math.sqrt(v) * Math.tan(angle);
+}
+
+/** Half of Welch's 95 % interval of the difference of two means, by their numbers and standard errors, as on the page of a team. */
+function welch([, , , n, , error], [, , , m, , other]) {
+  const sum = error ** 2 + other ** 2;
+  return sum && student(sum ** 2 / (error ** 4 / (n - 1) + other ** 4 / (m - 1))) * Math.sqrt(sum);
+}
+
 /** A team's mean less another's; with its 95 % interval where both have one and the teams share no match. */
 function apart(one, other, share, independent) {
   if (one === null || other === null) return "–";
   const value = other[0] - one[0];
   if (!independent || one[1] === null || other[1] === null) return signed(value, share, 1);
-  // an end that is cut at 0 or 1 is no half width: the farther one is
-  const half = Math.hypot(...[one, other].map(([mean, low, high]) => Math.max(mean - low, high - mean)));
+  const half = welch(one, other);
   return `${Math.abs(value) > half ? "★ " : ""}${signed(value, share, 1)} ± ${share ? Math.round(100 * half) : half.toFixed(1)}`;
 }
 
 /** What tells chance from a difference, in a paragraph; without a test where matches are in common. */
 function tested(independent) {
   return paragraph(independent
-    ? "★ the 95 % interval of the difference leaves out 0. It is given from four matches on each side: fewer cannot tell. Differences of shares are in percentage points."
+    ? "★ the 95 % interval of the difference (Welch's) leaves out 0. It is given from four matches on each side: fewer cannot tell. Differences of shares are in percentage points."
     : "The two have matches in common, so no interval of the difference is given. Differences of shares are in percentage points.");
 }
 
@@ -234,17 +248,21 @@ function answered(both, matches, independent) {
     : `No difference between these sets is larger than chance gives ${counted}.`;
 }
 
-/** The adversaries of two sets, in a sentence. */
+/** The adversaries of two sets, in a sentence: they differ if their shares of the matches do. */
 function adversaries(both, names) {
   const met = both.map(({ matches }, side) => matches.reduce((count, id) => {
     const { names: [home, away] } = league.matches.find((match) => match.id === id), other = home === names[side] ? away : home;
     return count.set(other, (count.get(other) ?? 0) + 1);
   }, new Map()));
   const every = [...new Set(met.flatMap((count) => [...count.keys()]))].sort();
-  if (every.every((name) => met[0].get(name) === met[1].get(name))) return "Both sets have the same adversaries.";
+  const [one, other] = both.map(({ matches }) => matches.length);
+  if (every.every((name) => (met[0].get(name) ?? 0) * other === (met[1].get(name) ?? 0) * one)) {
+    return `Both sets have the same adversaries${every.length > 1 ? ", in the same shares" : ""}.`;
+  }
   const times = (n) => ({ 1: "once", 2: "twice" })[n] ?? `${n} times`;
   const [first, second] = met.map((count) => enumerated(every.map((name) => (count.has(name) ? `${name} ${times(count.get(name))}` : `no ${name}`))));
-  return `The adversaries differ, too: the first set has ${first}; the second set has ${second}.`;
+  const what = met[0].size === every.length && met[1].size === every.length ? "shares of the adversaries" : "adversaries";
+  return `The ${what} differ, too: the first set has ${first}; the second set has ${second}.`;
 }
 
 function twoTeams(...slugs) {

@@ -31,12 +31,51 @@ function wide(table) {
   new ResizeObserver(measure).observe(table);
 }
 
+/** These teams come first in menus. This file alone says which: a new match leaves the pages of the others as they are. */
+function menuFirst(slugs) {
+  for (const menu of document.querySelectorAll("nav, nav .menu div")) {
+    const links = [...menu.querySelectorAll(":scope > a")].filter((link) => /(teams|against)\/[^/]+$/.test(link.getAttribute("href")));
+    links[0]?.before(...slugs.flatMap((slug) => links.filter((link) => link.getAttribute("href").endsWith(`/${slug}.html`))));
+  }
+}
+
 /** The menu marks the page that is shown; a match is one of the league's. */
 function mark() {
   const here = location.href.split("#")[0], links = [...document.querySelectorAll("nav a")];
   const own = links.find((link) => link.href === here) ?? links.find((link) => document.body.dataset.match && link.hash === "#all-matches");
   own?.setAttribute("aria-current", "page");
   own?.closest("details")?.querySelector("summary").setAttribute("aria-current", "true");
+}
+
+/** On a phone tables and long parts are folded below the pictures; where an address leads, and on paper, they are open. */
+function folds() {
+  const narrow = matchMedia("(max-width: 640px)"), all = [...document.querySelectorAll(".folds")];
+  const head = (each) => (!each || each.matches("h2") ? each : head(each.previousElementSibling));
+  const fit = (folded) => all.forEach((each) => {
+    const own = each.querySelector(":scope > .fold");
+    if (folded && !own) {
+      const made = document.createElement("details"), said = document.createElement("summary");
+      made.className = "fold";
+      said.textContent = each.dataset.head;
+      made.append(said, ...each.childNodes);
+      each.append(made);
+    } else if (!folded && own) {
+      own.firstElementChild.remove();
+      own.replaceWith(...own.childNodes);
+    }
+  });
+  const lead = () => {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    if (!target || !narrow.matches) return;
+    all.filter((each) => each.contains(target) || head(each) === target).forEach((each) => { each.firstElementChild.open = true; });
+    target.scrollIntoView();
+  };
+  fit(narrow.matches);
+  lead();
+  narrow.addEventListener("change", () => fit(narrow.matches));
+  addEventListener("hashchange", lead);
+  addEventListener("beforeprint", () => fit(false));
+  addEventListener("afterprint", () => fit(narrow.matches));
 }
 
 /** The way to the top is there only where the page scrolls. */
@@ -75,6 +114,7 @@ addEventListener("DOMContentLoaded", () => {
   }).observe(document.querySelector("main"), { childList: true, subtree: true });
   toTop();
   mark();
+  folds();
   document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
   document.querySelectorAll("svg.pitch, svg.top").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
 });
