@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -65,4 +66,5 @@ def shot_words(shot: Mapping[str, Any]) -> str:
 
 def size(xg: float | None, shots: int) -> float:
     """Size of a shot's mark: its area grows with xG, and falls where there are more than 40 shots."""
-    return min(1.0, (_CLEAR / max(shots, 1)) ** 0.5) * 1.1 * (1.0 if xg is None else (0.3 + 3.0 * xg) ** 0.5)
+    area = min(1.0, _CLEAR / max(shots, 1)) * (1.0 if xg is None else 0.3 + 3.0 * xg)
+    return 1.1 * math.sqrt(area)

@@ -105,7 +105,7 @@ def keeper(
 
 
 def sums(faced: Faced, kinds: Sequence[GoalGroup]) -> str:
-    """What became of the shots on target at a team's goal, and where all goals against it came from.
+    """Outcomes of the shots on target at a team's goal, and where all goals against it came from.
 
     Args:
         faced: the shots.
