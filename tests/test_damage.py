@@ -202,7 +202,7 @@ def silently(path: Path) -> None:
     ("policies", "policies", (("record", "--home", "learned", "--minutes", "0.01"), ("evaluate", "--matches", "2"), ("verify",))),
 ])
 def test_readers_of_versions(data, call, noun, table, readers):
-    """Who reads knowledge or a policy checks its bytes: a bit that flipped under an unchanged time is refused, and never played."""
+    """Readers of knowledge and policies check each byte: a bit that flipped under an unchanged time is refused, and never played."""
     path = Store(data).version_folder(noun, 1) / f"{table}.parquet"
     (data / "policies" / "v0001" / "manifest.json").rename(data / "kept") if "train" in readers[0] else None
     silently(path)
