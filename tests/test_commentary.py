@@ -240,6 +240,7 @@ def test_words():
     assert restart_sentence("freeball", None) == restart_sentence("free ball", None) == "The ball is stuck: free ball."
     assert restart_sentence("kick_in_l", "home") == "Kick in for home."
     assert restart_sentence("DirectAlly", None) == "Play restarts (DirectAlly)."
+    assert restart_sentence("penalty: found from the ball", "home") == "Penalty for home."
     assert restart_sentence(None, "away") == "Play restarts for away."
     assert story([("a", 44), ("a", 21), ("b", 45), ("a", 21)]) == (
         "a reaches the ball, kicks it; b receives it; a kicks it")

@@ -5,43 +5,31 @@ import io
 import numpy as np
 import polars as pl
 import pytest
+from support.balls import put, way
 from support.recordings import RSIM, SSL, imported, recording
 from support.tracking import course, events, parquet, read
 
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
-from pitchlore.pipeline.importers.tracking.ball_goals import CONFIDENCE, Ball, BallGoal, ball_goals
+from pitchlore.pipeline.importers.tracking.ball_goals import CONFIDENCE, BallGoal, ball_goals
+from pitchlore.pipeline.importers.tracking.ball_restarts import Ball, ball_restarts
 from pitchlore.pipeline.importers.tracking.mapping import TrackingMap
 
 VSSS = PITCHES[Kind.VSSS]
-HZ = 60
 #: Times, s, and places, m, of a ball that goes into the goal at +x and lies there.
 SHOT = ((0.0, 0.2, 0.0), (1.0, 0.74, 0.05), (1.1, 0.82, 0.06), (1.6, 0.82, 0.06))
 
 
-def way(*points: tuple[float, float, float], lost: tuple[float, float] = (9e9, 9e9)) -> Ball:
-    """A ball that moves straight from point to point; two points of one time are a jump."""
-    t, x, y = np.array(points).T
-    t = t + np.arange(len(t)) * 1e-9
-    at = np.arange(t[0], t[-1], 1 / HZ)
-    at = at[(at < lost[0]) | (at > lost[1])]
-    return Ball(np.round(at * 1e9).astype(np.int64), np.interp(at, t, x), np.interp(at, t, y), np.zeros(len(at), bool))
-
-
-def put(t: float, x: float, y: float) -> tuple[tuple[float, float, float], ...]:
-    """The ball put to a place, where it lies for two seconds."""
-    return (t, x, y), (t + 2.0, x, y)
-
-
 def found(ball: Ball) -> list[tuple[str, str, int]]:
     """How each goal was found, and at which end."""
-    return [(goal.crossing, goal.sequel, goal.end) for goal in ball_goals(ball, VSSS)]
+    goals = ball_goals(ball, VSSS, ball_restarts(ball, VSSS))
+    return [(goal.crossing, goal.sequel, goal.end) for goal in goals]
 
 
 @pytest.mark.parametrize("end", [1, -1])
 def test_over_the_line_and_back_to_the_centre(end: int) -> None:
     """A ball that is behind the line and then at the centre is a goal; its time is that of the crossing."""
     ball = way(*SHOT, *put(1.6, 0.0, 0.0))
-    (goal,) = ball_goals(ball._replace(x=end * ball.x), VSSS)
+    (goal,) = ball_goals(ball._replace(x=end * ball.x), VSSS, [])
     crossed = ball.t_ns[np.flatnonzero(ball.x > VSSS.goal_x)[0]]
     centred = ball.t_ns[np.flatnonzero((ball.t_ns > 1.5e9) & (ball.x < 0.1))[0]]
     assert goal == BallGoal(int(crossed), end, CONFIDENCE["over", "centre"], "over", "centre", int(centred))
@@ -63,9 +51,19 @@ def test_what_follows(ball: Ball, wanted: tuple[str, str, int]) -> None:
 
 def test_played_on() -> None:
     """A ball that comes back over the line and is played on is hardly a goal."""
-    (goal,) = ball_goals(way(*SHOT[:3], (1.3, 0.6, 0.1), (9.0, -0.3, 0.3)), VSSS)
+    (goal,) = ball_goals(way(*SHOT[:3], (1.3, 0.6, 0.1), (9.0, -0.3, 0.3)), VSSS, [])
     assert (goal.sequel, goal.confidence) == ("played on", CONFIDENCE["over", "played on"])
     assert goal.confidence < TrackingMap().goals.confidence
+
+
+@pytest.mark.parametrize(("place", "line_ups"), [((-0.375, 0.0), (1.6,)), ((0.6, 0.35), ()), ((0.1, 0.5), (1.6,))])
+def test_put_elsewhere(place: tuple[float, float], line_ups: tuple[float, ...]) -> None:
+    """A ball that is put elsewhere than to the centre was no goal: it was annulled, or a foul had come before."""
+    ball = way(*SHOT, *put(1.6, *place), (4.0, 0.5, 0.3), *put(9.0, 0.0, 0.0), line_ups=line_ups)
+    (goal,) = ball_goals(ball, VSSS, ball_restarts(ball, VSSS))
+    assert (goal.sequel, goal.restart_ns) == ("elsewhere", None)
+    assert goal.confidence < TrackingMap().goals.confidence
+    assert found(way(*SHOT, *put(1.6, 0.0, 0.0), *put(8.0, *place))) == [("over", "centre", 1)]
 
 
 @pytest.mark.parametrize("points", [
@@ -96,7 +94,7 @@ def test_stopped_by_the_states() -> None:
 
 @pytest.mark.parametrize("samples", [0, 1])
 def test_too_few_samples(samples: int) -> None:
-    assert ball_goals(Ball(*(column[:samples] for column in way(*SHOT))), VSSS) == []
+    assert ball_goals(Ball(*(column[:samples] for column in way(*SHOT))), VSSS, []) == []
 
 
 # --- a match without a score ------------------------------------------------------------------------
@@ -114,7 +112,7 @@ def test_positions_only() -> None:
     assert goals["team"].to_list() == reported["team"].to_list()
     assert (goals["t_ns"] - reported["t_ns"]).abs().max() <= 1e9  # type: ignore[operator]
     assert match.referee["score_home"].null_count() == len(match.referee)
-    assert set(match.referee["event"].cast(pl.String)) == {"play", "goal", "kick-off"}
+    assert set(match.referee["event"].cast(pl.String)) == {"play", "goal", "kick-off", "fault"}
     assert match.info.settings["goals"] == {
         "from": "ball", "confidence": {str(t): CONFIDENCE["line", "centre"] for t in goals["t_ns"]}}
     (flaw,) = match.quality.filter(flaw="goals inferred").iter_rows(named=True)

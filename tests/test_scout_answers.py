@@ -167,6 +167,9 @@ def test_before_goals():
         "B 2 shot, without a goal, 8.0 s before; A 1 got it.",
         "B 2 shot, without a goal, 18.0 s before; A 1 got it."]
     assert found[0][1:] == (2, 0, 7.0)
+    told = rows(Referee, {"t_ns": 11 * S, "event": "fault", "team": "home", "note": "penalty: found from the ball"})
+    found_from_ball = lead_ups(goals, held, told, Trajectories.empty(), {"home": "A", "away": "B"}, 1.5)[1]
+    assert found_from_ball.says == "Penalty of A 5.0 s before; A 1 got the ball 4.0 s before."
     assert {each.lost_by for each in found[1:]} == {None}
     goal = Scored(MATCH, "home", 10 * S, 1, "direct", None, None, (), found[0])
     (lost,) = lost_before([goal, goal._replace(before=found[1])], {2: "midfield"})

@@ -286,7 +286,7 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
 STAGES = Chain(
     Stage("matches", Per.MATCH,
-          schemas=(Matches, Referee, Quality, Commands, GameEvents, Kicks, Stamina), version=4),
+          schemas=(Matches, Referee, Quality, Commands, GameEvents, Kicks, Stamina), version=5),
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 2, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 4, _situations),

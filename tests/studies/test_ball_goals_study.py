@@ -20,6 +20,18 @@ def test_confidence_is_measured() -> None:
         kind: share for kind, share in measured.items() if kind not in OURS}
 
 
+def test_restarts_of_the_study() -> None:
+    """Where robots are put with the ball nearly all restarts are found, and no other; in other leagues none."""
+    rows = pl.read_csv(STUDY / "restarts.csv").filter(rule="the rule")
+    vsss = pl.col("game").is_in(["played here", "rc-robosim VSSS"])
+    clean = rows.filter(vsss, ~pl.col("seen").str.contains("glitches"))
+    assert clean["right"].sum() >= 0.95 * clean["called"].sum()
+    assert clean["right"].sum() == clean["found"].sum()
+    glitches = rows.filter(vsss, seen="glitches")
+    assert glitches["right"].sum() >= 0.95 * glitches["found"].sum()
+    assert rows.filter(~vsss)["found"].sum() == 0
+
+
 def test_findings_of_the_study() -> None:
     """The committed study knows all recordings; nearly all goals are found as they were recorded, and few others."""
     rows = pl.read_csv(STUDY / "found.csv").filter(seen="as recorded")

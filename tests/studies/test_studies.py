@@ -227,7 +227,8 @@ def test_ball_goals(tmp_path, monkeypatch):
     sample = pl.col("game") == "rc-robosim VSSS"
     assert found.filter(sample).equals(there.filter(sample))
     assert set(found["game"]) == {"rc-robosim VSSS", "played here"}
-    same_columns(tmp_path, "ball_goals", "kinds.csv")
+    for name in ("kinds.csv", "restarts.csv"):
+        same_columns(tmp_path, "ball_goals", name)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Goals found from the ball, beside those of matches whose score is known.
+"""Goals and restarts found from the ball, beside those of matches whose score and referee are known.
 
 ``make ball-goals`` (ten minutes; what was stopped goes on). Recorded
 matches and matches that are played here are read, and nothing but the ball is kept: as it was recorded, with
@@ -10,6 +10,8 @@ read there and not copied; those that are absent are left out.
 ``found.csv`` has recall and precision of each kind of match and of ball, at the default confidence.
 ``kinds.csv`` has for each kind of finding the share that were goals, over all but the control;
 ``ball_goals.CONFIDENCE`` is made of it.
+``restarts.csv`` has the restarts of each kind that the referee called and that are found, by the rule and by
+rules that ask for less. One is found if one of the same kind is found within :data:`SOON_S` of it.
 """
 
 from __future__ import annotations
@@ -27,9 +29,11 @@ from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
 from pitchlore.pipeline.arena.physics.laws import RefereeSettings
 from pitchlore.pipeline.arena.teams.table import TeamKind
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.importers.tracking.ball_goals import Ball, ball_goals
+from pitchlore.pipeline.importers.tracking.ball_goals import ball_goals
+from pitchlore.pipeline.importers.tracking.ball_restarts import LIES_S, Ball, ball_restarts, line_ups
 from pitchlore.pipeline.importers.tracking.mapping import GoalFinding
 from pitchlore.pipeline.matches.frame import MatchLog, home_attacks
+from pitchlore.pipeline.stages.events.restarts import kind_of
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
     ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),
@@ -44,6 +48,12 @@ NEAR_S = 2.0
 NOISE, SLOW_HZ = 0.003, 10
 #: How many times longer than the pitch the places are, where its length is mistaken.
 LONGER = 1.04
+#: Greatest time between a restart and its finding, s.
+SOON_S = 1.0
+#: Longest time for which a tracker takes something else for the ball, s.
+GLITCH_S = 1.5
+#: Places of which it takes a third: the marks of a VSSS pitch, but for their signs.
+MARKS = ((0.375, 0.0), (0.375, 0.4), (0.6, 0.35))
 
 
 class Known(NamedTuple):
@@ -53,12 +63,14 @@ class Known(NamedTuple):
         ball: where it was seen.
         goals: time of each goal, and the end at which it fell.
         spans: start and end of each stretch from a goal to its restart, ns.
+        restarts: time and kind of each restart but for kick-offs.
         pitch: the match's.
     """
 
     ball: Ball
     goals: list[tuple[int, int]]
     spans: list[tuple[int, int]]
+    restarts: list[tuple[int, str]]
     pitch: Pitch
 
 
@@ -67,9 +79,11 @@ def known(log: MatchLog) -> Known:
     frames = log.frames
     x, y = (frames.ball[axis].astype(np.float64) for axis in ("x", "y"))
     order = np.argsort(frames.t_ns, kind="stable")
+    ups = np.zeros(len(order), dtype=np.int64)
+    ups[order] = line_ups(frames, order, log.info.pitch)
     order = order[np.isfinite(x[order]) & np.isfinite(y[order])]
     order = order[np.diff(frames.t_ns[order], prepend=-1) > 0]
-    ball = Ball(frames.t_ns[order], x[order], y[order], np.zeros(len(order), dtype=np.bool_))
+    ball = Ball(frames.t_ns[order], x[order], y[order], np.zeros(len(order), dtype=np.bool_), ups[order])
     reported = log.referee.filter(pl.col("event") == "goal").drop_nulls("team")
     signs = home_attacks(log.info.periods, reported["t_ns"].to_numpy())
     ends = [
@@ -79,7 +93,9 @@ def known(log: MatchLog) -> Known:
     restarts = log.referee.filter(pl.col("event").is_in(["kick-off", "end"]))["t_ns"].to_numpy()
     last = int(frames.t_ns.max()) + 1
     spans = [(t_ns, int(min(restarts[restarts >= t_ns], default=last))) for t_ns, _ in goals]
-    return Known(ball, goals, spans, log.info.pitch)
+    put = log.referee.filter(pl.col("event") == "fault", pl.col("note") != "segment")
+    called = [(t_ns, kind_of("fault", note)) for t_ns, note in put.select("t_ns", "note").iter_rows()]
+    return Known(ball, goals, spans, called, log.info.pitch)
 
 
 def _kept(match: Known, mask: np.ndarray) -> Ball:
@@ -110,6 +126,18 @@ def _short(match: Known) -> Ball:
     return match.ball._replace(x=match.ball.x * LONGER, y=match.ball.y * LONGER)
 
 
+def _glitches(match: Known, every_s: float = 10.0) -> Ball:
+    """The ball as a tracker sees it that so often takes something else for it, a third of it on marks."""
+    rng, t_ns = np.random.default_rng(0), match.ball.t_ns
+    x, y = match.ball.x.copy(), match.ball.y.copy()
+    for start in np.arange(every_s, t_ns[-1] / 1e9, every_s):
+        at = slice(*np.searchsorted(t_ns, [start * 1e9, (start + rng.uniform(0, GLITCH_S)) * 1e9]))
+        x[at], y[at] = rng.uniform(-0.5, 0.5, 2) * (match.pitch.length, match.pitch.width)
+        if rng.random() < 1 / 3:
+            x[at], y[at] = MARKS[rng.integers(3)] * rng.choice([-1.0, 1.0], 2)
+    return match.ball._replace(x=x, y=y)
+
+
 #: How the ball is seen, by name.
 SEEN: dict[str, Callable[[Known], Ball]] = {
     "as recorded": lambda match: match.ball, "noise": _noisy, "ten a second": _slow,
@@ -118,6 +146,13 @@ SEEN: dict[str, Callable[[Known], Ball]] = {
     "without kick-offs": lambda match: _kept(match, ~_between(match, -0.3, 2.0)),
     "control: no goals": lambda match: _kept(match, ~_between(match, 2.5, 0.0))}
 CONTROL = "control: no goals"
+#: How the ball is seen of which restarts are looked for.
+RESTARTS_SEEN: dict[str, Callable[[Known], Ball]] = {
+    **{name: SEEN[name] for name in ("as recorded", "noise", "ten a second")},
+    "glitches": _glitches, "many glitches": lambda match: _glitches(match, 4.0)}
+#: Rules of a restart, by name: whether the robots are asked, and how long the ball lies.
+RULES = {"the rule": (True, LIES_S), "a ball that need not lie": (True, (0.0, 0.0)),
+         "without the robots": (False, LIES_S), "neither": (False, (0.0, 0.0))}
 
 
 def findings(game: str, log: MatchLog) -> Iterator[dict[str, object]]:
@@ -128,7 +163,8 @@ def findings(game: str, log: MatchLog) -> Iterator[dict[str, object]]:
         about = {"game": game, "match": log.info.match_id, "seen": seen}
         # the match was looked at, whatever is found
         yield about | {"crossing": None, "sequel": None, "confidence": None, "goal": False, "found": False}
-        for found in ball_goals(change(match), match.pitch):
+        ball = change(match)
+        for found in ball_goals(ball, match.pitch, ball_restarts(ball, match.pitch)):
             near = [goal for goal in goals
                     if goal[1] == found.end and abs(goal[0] - found.t_ns) <= round(NEAR_S * 1e9)]
             right = min(near, default=None, key=lambda goal: abs(goal[0] - found.t_ns))
@@ -140,17 +176,42 @@ def findings(game: str, log: MatchLog) -> Iterator[dict[str, object]]:
             yield about | {"crossing": None, "sequel": None, "confidence": None, "goal": True, "found": False}
 
 
+def put_elsewhere(game: str, log: MatchLog) -> Iterator[dict[str, object]]:
+    """A row for each restart that the referee called, and for each that is found and was not called."""
+    match = known(log)
+    for seen, change in RESTARTS_SEEN.items():
+        ball = change(match)
+        for rule, (robots, lies_s) in RULES.items():
+            called = list(match.restarts)
+            about = {"game": game, "seen": seen, "rule": rule}
+            asked = ball if robots else ball._replace(line_ups=np.zeros_like(ball.line_ups))
+            for found in ball_restarts(asked, match.pitch, lies_s):
+                kind: str = found.kind or "other"
+                right = next((it for it in called if abs(it[0] - found.t_ns) <= round(SOON_S * 1e9)
+                              and kind in ("other", it[1])), None)
+                if right is not None:
+                    called.remove(right)
+                yield about | {"kind": kind, "called": right is not None, "found": True}
+            for _, missed in called:
+                yield about | {"kind": missed, "called": True, "found": False}
+
+
 def played(job: tuple[TeamKind, TeamKind, int]) -> list[dict[str, object]]:
     """The findings of a match that is played here: home, away, seed."""
     home, away, seed = job
     recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
                     referee=RefereeSettings(duration_s=SECONDS))
-    return list(findings("played here", matches.read(logged(recipe), where=recipe.match_id)))
+    return _rows("played here", matches.read(logged(recipe), where=recipe.match_id))
 
 
 def recorded(path: str) -> list[dict[str, object]]:
     """The findings of a recording."""
-    return list(findings(GAMES[Path(path).name], read(Path(path))))
+    return _rows(GAMES[Path(path).name], read(Path(path)))
+
+
+def _rows(game: str, log: MatchLog) -> list[dict[str, object]]:
+    """The findings of a match; those of restarts name a rule."""
+    return [*findings(game, log), *put_elsewhere(game, log)]
 
 
 def summary(rows: pl.DataFrame) -> pl.DataFrame:
@@ -178,13 +239,26 @@ def kinds(rows: pl.DataFrame) -> pl.DataFrame:
     ).sort("crossing", "sequel")
 
 
+def restarts(rows: pl.DataFrame) -> pl.DataFrame:
+    """The restarts of each kind that were called, found, and both, by match, ball and rule."""
+    found, called = pl.col("found"), pl.col("called")
+    return rows.group_by("game", "seen", "rule", "kind").agg(
+        called.sum(), found.sum(), (found & called).sum().alias("right"),
+    ).with_columns(
+        (pl.col("right") / pl.col("called")).round(4).alias("recall"),
+        (pl.col("right") / pl.col("found")).round(4).alias("precision"),
+    ).with_columns(pl.col("recall", "precision").fill_nan(None)).sort("game", "seen", "rule", "kind")
+
+
 def main(out: Path, folder: Path, seeds: Sequence[int] = SEEDS) -> None:
-    """Write both tables."""
+    """Write the tables."""
     jobs = [(home, away, seed) for home, away in PAIRINGS for seed in seeds]
     with workers() as pool, going_on(out, __file__) as parts:
         found = [
             *parts(map(str, recordings(folder, GAMES).values()), recorded, pool), *parts(jobs, played, pool)]
-    table = pl.DataFrame([row for match in found for row in match], infer_schema_length=None)
+    rows = [row for match in found for row in match]
+    table = pl.DataFrame([row for row in rows if "rule" not in row], infer_schema_length=None)
+    restarts(pl.DataFrame([row for row in rows if "rule" in row])).write_csv(out / "restarts.csv")
     summary(table).write_csv(out / "found.csv")
     kinds(table).write_csv(out / "kinds.csv")
 

@@ -33,7 +33,7 @@ from pitchlore.pipeline.importers.ssl_logs.referee import RefereeReport
 from pitchlore.pipeline.importers.ssl_logs.samples import Gathered
 from pitchlore.pipeline.importers.ssl_logs.survey import Survey, survey
 from pitchlore.pipeline.importers.ssl_logs.vision import BLUE, YELLOW
-from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
+from pitchlore.pipeline.importers.tracking.ball_restarts import CENTRE
 from pitchlore.pipeline.importers.tracking.guesses import guess_pitch
 from pitchlore.pipeline.importers.tracking.mapping import PitchMap, TeamNames, TrackingMap
 from pitchlore.pipeline.importers.tracking.scoring import Lack, scoring

@@ -1,72 +1,63 @@
 """Goals found from the ball, where nothing in a recording tells them.
 
-The ball crosses a goal line between the posts, and then it is put back to the centre, or play stops. Each
-finding has a confidence: the share of such findings that were goals in matches whose score is known.
+The ball crosses a goal line between the posts, and then it is put back to the centre, or play stops. If it is
+put elsewhere, it was no goal. Each finding has a confidence: the share of such findings that were goals in
+matches whose score is known.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
+from pitchlore.pipeline.importers.tracking.ball_restarts import (
+    CENTRE,
+    MISSING,
+    Ball,
+    BallRestart,
+    cuts_of,
+    kick_offs,
+)
 from pitchlore.pipeline.matches.frame import runs
-from pitchlore.pipeline.numbers.arrays import F64, I64, Bools
+from pitchlore.pipeline.numbers.arrays import Bools
 
 #: How the ball crossed the goal line. "over": the whole ball was seen behind it. "line": only its centre was,
 #: when it was last seen. "unseen": it was on its way into the goal when it was last seen.
 Crossing = Literal["over", "line", "unseen"]
-#: What followed. "centre": the ball was put back to the centre. "stopped": it stayed behind the line, or was
-#: not seen any more. "played on": it came back over the line.
-Sequel = Literal["centre", "stopped", "played on"]
+#: What followed. "centre": the ball was put back to the centre. "elsewhere": it was seen until it was put
+#: elsewhere, as after a foul. "stopped": it stayed behind the line, or was not seen any more. "played on": it
+#: came back over the line.
+Sequel = Literal["centre", "elsewhere", "stopped", "played on"]
 
 #: Share of the findings of each kind that were goals, rounded down to hundredths: the Laplace estimate of
 #: data/studies/ball_goals/kinds.csv. Those of ``OURS`` are set, not measured.
 CONFIDENCE: dict[tuple[Crossing, Sequel], float] = {
-    ("over", "centre"): 0.99, ("over", "stopped"): 0.98, ("over", "played on"): 0.1,
-    ("line", "centre"): 0.95, ("line", "stopped"): 0.3,
-    ("unseen", "centre"): 0.98, ("unseen", "stopped"): 0.2, ("unseen", "played on"): 0.1,
+    ("over", "centre"): 0.99, ("over", "elsewhere"): 0.1, ("over", "stopped"): 0.98,
+    ("over", "played on"): 0.1,
+    ("line", "centre"): 0.95, ("line", "elsewhere"): 0.1, ("line", "stopped"): 0.3,
+    ("unseen", "centre"): 0.98, ("unseen", "elsewhere"): 0.1, ("unseen", "stopped"): 0.2,
+    ("unseen", "played on"): 0.1,
 }
-#: The study has no ball on the line that stays there. Play that goes on speaks against a goal; the study's
-#: goals after which it goes on are such whose kick-offs were cut out of the recording.
+#: The study has no ball on the line that stays there. Play that goes on, or a ball that is put elsewhere,
+#: speaks against a goal; the study's goals of these kinds lost their kick-offs, which were cut out.
 OURS: tuple[tuple[Crossing, Sequel], ...] = (
-    ("line", "stopped"), ("over", "played on"), ("unseen", "played on"))
+    ("line", "stopped"), ("over", "played on"), ("unseen", "played on"),
+    ("over", "elsewhere"), ("line", "elsewhere"), ("unseen", "elsewhere"))
 
-#: Distance from the centre within which the ball was put back there, as a share of the pitch's length.
-CENTRE = 0.05
 #: Longest time from the crossing to the ball at the centre, s. An SSL team takes a minute to kick off.
 RESTART_S = 90.0
-#: A ball that was not seen to be put to the centre lies still there before a kick-off: for how long, s, and
-#: how far it may move meanwhile, as a share of the pitch's length.
-_STILL_S, _STILL = 0.5, 0.01
-#: Samples are missing where two are so many times as far apart as is usual.
-_MISSING = 2.5
-#: Time without a sample of the ball that ends what was seen of it, s, and the longest such time after which
-#: it may be seen in the goal without having been seen to enter.
-_GAP_S, _HIDDEN_S = 0.5, 2.0
+#: Longest time without a sample of the ball after which it may be seen in the goal without having been seen
+#: to enter, s.
+_HIDDEN_S = 2.0
 #: A ball that stays behind the line so long is out of play, s.
 _STAYS_S = 1.0
 #: An unseen crossing is at most so long after the last sample, s, on the line of the samples before it, s.
 _AHEAD_S, _BACK_S = 0.25, 0.15
 #: How far behind the back of a goal a sample may be, as a share of the pitch's length.
 _BEHIND = 0.03
-
-
-class Ball(NamedTuple):
-    """The ball where it was seen, at rising times.
-
-    Attributes:
-        t_ns: int64 [S].
-        x, y: float64 [S], metres.
-        stopped: bool [S], whether the states of the game say that play is stopped.
-    """
-
-    t_ns: I64
-    x: F64
-    y: F64
-    stopped: Bools
 
 
 class BallGoal(NamedTuple):
@@ -77,7 +68,8 @@ class BallGoal(NamedTuple):
         end: +1 if it is the goal at +x, -1 at -x.
         confidence: chance that it is a goal, in [0, 1].
         crossing, sequel: how it was found.
-        restart_ns: time at which the ball was put back to the centre, or else was seen again; None if never.
+        restart_ns: time at which the ball was put back to the centre, or else was seen again; None if never,
+            or if it was put elsewhere.
     """
 
     t_ns: int
@@ -98,56 +90,41 @@ class _Visit(NamedTuple):
     back: bool
 
 
-def ball_goals(ball: Ball, pitch: Pitch) -> list[BallGoal]:
+def ball_goals(ball: Ball, pitch: Pitch, restarts: Sequence[BallRestart]) -> list[BallGoal]:
     """Goals found from the ball, in order of time.
 
     The ball's centre crosses a goal line between the posts, and it does not come back before the whole ball
     has crossed; or it was lost on its way into the goal. Crossings while the states say that play is stopped
-    are none. A kick-off at the centre belongs to the last crossing before it, if that is at most
-    ``RESTART_S`` old.
+    are none. A kick-off at the centre, or another restart before it, belongs to the last crossing before it,
+    if that is at most ``RESTART_S`` old.
 
     Args:
         ball: where it was seen.
         pitch: pitch of the match; its middle is (0, 0).
+        restarts: those found from the ball (:func:`ball_restarts`).
     """
     if len(ball.t_ns) < 2:
         return []
-    cuts = _cuts(ball, pitch)
+    cuts = cuts_of(ball, pitch)
     visits = sorted(_visits(ball, pitch, cuts))
-    kick_offs = _kick_offs(ball, pitch, cuts)
+    centred = kick_offs(ball, pitch, cuts)
+    elsewhere = np.searchsorted(ball.t_ns, [restart.t_ns for restart in restarts])
     found = []
     for at, visit in enumerate(visits):
         until = visits[at + 1].first if at + 1 < len(visits) else len(ball.t_ns)
-        latest = ball.t_ns[visit.last] + round(RESTART_S * 1e9)
-        soon = kick_offs[(kick_offs > visit.last) & (kick_offs < until)]
-        soon = soon[ball.t_ns[soon] <= latest]
-        sequel: Sequel = "centre" if len(soon) else "played on" if visit.back else "stopped"
-        again = [*soon, visit.last + 1][0]
+        latest = int(np.searchsorted(ball.t_ns, ball.t_ns[visit.last] + round(RESTART_S * 1e9), "right"))
+        kick_off, put = (
+            next(iter(those[(those > visit.last) & (those < min(until, latest))].tolist()), until)
+            for those in (centred, elsewhere))
+        sequel: Sequel = (
+            "elsewhere" if put < kick_off and not cuts[visit.last + 1:put].any()
+            else "centre" if kick_off < until else "played on" if visit.back else "stopped")
+        again = kick_off if sequel == "centre" else visit.last + 1
         found.append(BallGoal(
             int(ball.t_ns[visit.first]), visit.end, CONFIDENCE[visit.crossing, sequel], visit.crossing,
-            sequel, int(ball.t_ns[again]) if again < len(ball.t_ns) else None,
+            sequel, int(ball.t_ns[again]) if again < len(ball.t_ns) and sequel != "elsewhere" else None,
         ))
     return found
-
-
-def _too_far(way: F64, step_s: F64, pitch: Pitch) -> Bools:
-    """Mask of ways too long for the ball from one sample to the next, bool, shaped as ``way`` (metres).
-
-    Where samples are missing, a tenth of the pitch is too far: they may have been taken out, with all that
-    went on meanwhile.
-    """
-    least = 2 * CENTRE * pitch.length
-    missing = step_s > _MISSING * np.median(step_s)
-    far: Bools = way > np.where(missing, least, np.maximum(least, SCALES[pitch.kind].max_ball_speed * step_s))
-    return far
-
-
-def _cuts(ball: Ball, pitch: Pitch) -> Bools:
-    """Mask of samples to which the ball was not seen to move from the one before, bool [S]."""
-    step_s = np.diff(ball.t_ns) / 1e9
-    way = np.hypot(np.diff(ball.x), np.diff(ball.y))
-    cuts: Bools = np.concatenate(([True], (step_s > _GAP_S) | _too_far(way, step_s, pitch)))
-    return cuts
 
 
 def _visits(ball: Ball, pitch: Pitch, cuts: Bools) -> Iterator[_Visit]:
@@ -158,7 +135,7 @@ def _visits(ball: Ball, pitch: Pitch, cuts: Bools) -> Iterator[_Visit]:
     inside &= np.abs(ball.y) <= pitch.goal_width / 2
     stretch = np.cumsum(cuts)
     step_s = np.diff(ball.t_ns)
-    lost = np.concatenate((cuts[1:] | (step_s > _MISSING * np.median(step_s)), [True]))
+    lost = np.concatenate((cuts[1:] | (step_s > MISSING * np.median(step_s)), [True]))
     ends = np.flatnonzero(lost & ~inside & ~ball.stopped)
     for low, high in runs(inside):
         parts = low + np.flatnonzero(np.diff(stretch[low:high])) + 1
@@ -219,14 +196,3 @@ def _heads_in(ball: Ball, pitch: Pitch, start: int, last: int) -> int:
         return 0
     at_line = ball.y[last] + vy * left / abs(vx)
     return end if abs(at_line) <= pitch.goal_width / 2 else 0
-
-
-def _kick_offs(ball: Ball, pitch: Pitch, cuts: Bools) -> I64:
-    """Samples at which the ball is at the centre and was put there, or lies still there, int64 [K]."""
-    near = np.hypot(ball.x, ball.y) <= CENTRE * pitch.length
-    later = np.searchsorted(ball.t_ns, ball.t_ns + round(_STILL_S * 1e9))
-    later = np.minimum(later, len(cuts) - 1)
-    stretch = np.cumsum(cuts)
-    still = np.hypot(ball.x[later] - ball.x, ball.y[later] - ball.y) <= _STILL * pitch.length
-    still &= (ball.t_ns[later] - ball.t_ns >= round(_STILL_S * 1e9)) & (stretch[later] == stretch)
-    return np.flatnonzero(near & (cuts | still)).astype(np.int64)

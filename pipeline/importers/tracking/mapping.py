@@ -150,7 +150,7 @@ class GoalFinding(_Map):
     """Goals of a table that has no score and no states that tell goals (``ball_goals``).
 
     Attributes:
-        from_ball: whether they are found from the ball.
+        from_ball: whether they, and restarts, are found from the ball.
         confidence: least confidence of a goal.
     """
 

@@ -22,7 +22,7 @@ from pitchlore.pipeline.importers.forms.origin import Lengths, lengths_of
 from pitchlore.pipeline.importers.forms.periods import in_one_time
 from pitchlore.pipeline.importers.rows import pack, referee
 from pitchlore.pipeline.importers.source import SourceFile
-from pitchlore.pipeline.importers.tracking.ball_goals import CENTRE
+from pitchlore.pipeline.importers.tracking.ball_restarts import CENTRE, line_ups
 from pitchlore.pipeline.importers.tracking.columns import typed, unmatched
 from pitchlore.pipeline.importers.tracking.guesses import guess_home
 from pitchlore.pipeline.importers.tracking.mapping import TeamNames, TrackingMap
@@ -96,7 +96,7 @@ def match_of(
     flaws += unsure_pitch
     rows = _turned(rows, mapping, pitch, corner=lengths.corner)
     frames = _frames(rows)
-    course = _course(rows, frames, breaks)
+    course = _course(rows, frames, breaks, pitch)
     guessed: dict[str, object] = {}
     if mapping.teams.home is None and mapping.teams.away is None:
         order = np.argsort(frames.t_ns, kind="stable")
@@ -122,7 +122,8 @@ def match_of(
     lack = LACKS.get(source.format or "", OF_A_TABLE)
     reported = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals, lack)
     events, unknown = referee_events(
-        course, said, CENTRE * pitch.length, source, reported.found, by_ball=reported.origin == "ball"
+        course, said, CENTRE * pitch.length, source, reported.found, reported.restarts,
+        by_ball=reported.origin == "ball",
     )
     flaws += reported.flaws
     options, none = _options(rows, name)
@@ -410,7 +411,7 @@ def _nobodys(course: Course, names: tuple[str, str]) -> tuple[Course, list[Flaw]
     return replace(course, score=None, unscored=True), [Flaw("home inferred", note)]
 
 
-def _course(rows: _Rows, frames: Frames, breaks: I64) -> Course:
+def _course(rows: _Rows, frames: Frames, breaks: I64, pitch: Pitch) -> Course:
     """Course of the match as the table tells it, in order of time."""
     order = np.argsort(frames.t_ns, kind="stable")
     names = [name for name in ("game_state", "segment", "score_home", "score_away") if name in rows.table]
@@ -420,6 +421,7 @@ def _course(rows: _Rows, frames: Frames, breaks: I64) -> Course:
     if {"score_home", "score_away"} <= given:
         score = facts.select(pl.col("score_home", "score_away").fill_null(-1)).to_numpy()
         score = _going_on(score, starts)
+    unsaid = "game_state" not in given or facts["game_state"].n_unique() == 1
     return Course(
         frames.t_ns[order],
         facts["game_state"].to_list() if "game_state" in given else None,
@@ -429,6 +431,7 @@ def _course(rows: _Rows, frames: Frames, breaks: I64) -> Course:
         frames.ball["y"][order].astype(np.float64),
         score is None and any(name.startswith("score") for name in names),
         starts,
+        line_ups(frames, order, pitch) if unsaid else None,
     )
 
 

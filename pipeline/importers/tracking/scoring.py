@@ -1,4 +1,4 @@
-"""Goals of a tracking table, from its score, its states, its kick-offs, or the ball."""
+"""Goals of a tracking table, from its score, its states, its kick-offs, or the ball; and its restarts."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.importers.tracking.ball_goals import Ball, BallGoal, Crossing, Sequel, ball_goals
+from pitchlore.pipeline.importers.tracking.ball_goals import BallGoal, Crossing, Sequel, ball_goals
+from pitchlore.pipeline.importers.tracking.ball_restarts import Ball, BallRestart, ball_restarts
 from pitchlore.pipeline.importers.tracking.mapping import GoalFinding
-from pitchlore.pipeline.importers.tracking.states import STOPS, Course, Found, StateWords
+from pitchlore.pipeline.importers.tracking.states import STOPS, Course, Found, FoundRestart, StateWords
 from pitchlore.pipeline.matches.frame import Period, home_attacks
 from pitchlore.pipeline.matches.quality import Flaw
 from pitchlore.pipeline.numbers.arrays import Bools
@@ -24,7 +25,12 @@ Origin = Literal["score", "state", "kick-off", "ball"]
 _CROSSED: dict[Crossing, str] = {
     "over": "over the line", "line": "on the line", "unseen": "lost before the line"}
 _AFTER: dict[Sequel, str] = {
-    "centre": "then at the centre", "stopped": "then play stopped", "played on": "then played on"}
+    "centre": "then at the centre", "elsewhere": "then put elsewhere",
+    "stopped": "then play stopped", "played on": "then played on"}
+
+
+#: Note of a restart that was found from the ball, by whether the robots were put elsewhere, too.
+_NOTES = ("{}: found from the ball", "{}: found from the ball and the robots")
 
 
 class Lack(NamedTuple):
@@ -51,12 +57,14 @@ class Scoring(NamedTuple):
     Attributes:
         origin: None if nothing does.
         found: goals that were found from the ball; empty if something else tells goals, and their teams.
+        restarts: those found from the ball, but for kick-offs; empty if states tell when play is on.
         confidence: confidence in each of them by its time, ns, if the ball alone tells goals.
         flaws: notes that the user has to know.
     """
 
     origin: Origin | None
     found: tuple[Found, ...] = ()
+    restarts: tuple[FoundRestart, ...] = ()
     confidence: tuple[tuple[int, float], ...] = ()
     flaws: tuple[Flaw, ...] = ()
 
@@ -70,10 +78,11 @@ def scoring(
     course: Course, said: StateWords, periods: Sequence[Period], unknown: Sequence[tuple[int, int]],
     pitch: Pitch, finding: GoalFinding, lack: Lack = OF_A_TABLE,
 ) -> Scoring:
-    """Origin of the goals of a table, and the goals found from the ball.
+    """Origin of the goals of a table, and the goals and restarts found from the ball.
 
     A score goes before states that say goal, these before kick-offs. Where there is none of these, goals are
     found from the ball. Where no kick-off names a team, the ball tells the team that scored before it.
+    Restarts are looked for where no state stops play.
 
     Args:
         course: the course of the match, in order of time.
@@ -86,14 +95,18 @@ def scoring(
     """
     tokens = [token for known in said.values() for token in known]
     kicking_off = {token.team for token in tokens if token.event == "kick-off"}
+    seen = np.isfinite(course.ball_x) & np.isfinite(course.ball_y)
+    ball = _ball(course, said, seen)
+    unsaid = finding.from_ball and all(token.event == "play" for token in tokens)
+    put = ball_restarts(ball, pitch) if unsaid else []
+    restarts, assumed = _restarts(put, course, periods, unknown)
     if course.score is not None:
-        return Scoring("score")
+        return Scoring("score", restarts=restarts, flaws=assumed)
     if any(token.event == "goal" for token in tokens):
         return Scoring("state")
     if kicking_off - {None}:
         return Scoring("kick-off")
-    seen = np.isfinite(course.ball_x) & np.isfinite(course.ball_y)
-    candidates = ball_goals(_ball(course, said, seen), pitch) if finding.from_ball else []
+    candidates = ball_goals(ball, pitch, put) if finding.from_ball else []
     goals = [goal for goal in candidates if goal.confidence >= finding.confidence]
     found = _with_teams(goals, course, periods, unknown)
     if kicking_off:
@@ -105,26 +118,60 @@ def scoring(
     less = f"; {left} less sure than {finding.confidence:g} left out" if left else ""
     if not goals:
         why = f"the ball was not seen to go into a goal{less}"
-        return Scoring("ball", flaws=(_no_goals(why, course, lack),))
+        return Scoring("ball", restarts=restarts, flaws=(*assumed, _no_goals(why, course, lack)))
     listed = ", ".join(f"{kind} {count}" for kind, count in Counter(map(_words, goals)).most_common())
     note = f"nothing tells goals, so they were found from the ball: {listed}{less}. No score is made of them"
     flaw = Flaw("goals inferred", note, len(goals), goals[0].t_ns, goals[-1].t_ns + 1)
-    return Scoring("ball", found, tuple((goal.t_ns, goal.confidence) for goal in goals), (flaw,))
+    sure = tuple((goal.t_ns, goal.confidence) for goal in goals)
+    return Scoring("ball", found, restarts, sure, (*assumed, flaw))
+
+
+def _restarts(
+    put: Sequence[BallRestart], course: Course, periods: Sequence[Period], unknown: Sequence[tuple[int, int]]
+) -> tuple[tuple[FoundRestart, ...], tuple[Flaw, ...]]:
+    """The restarts, each of the team that takes it, and the flaw that says how they were found.
+
+    A penalty is of the team that attacks the nearer goal, a goal kick of the one that defends it. None is
+    where a period begins.
+    """
+    put = [restart for restart in put if restart.t_ns not in course.t_ns[list(course.breaks)]]
+    towards = {"penalty": 1, "goal kick": -1}
+    ends = [(restart.t_ns, restart.end * towards.get(restart.kind or "", 0)) for restart in put]
+    found = tuple(
+        FoundRestart(
+            int(np.searchsorted(course.t_ns, restart.t_ns)), team,
+            _NOTES[restart.lined_up].format(restart.kind or "ball put elsewhere"))
+        for restart, team in zip(put, _attackers(ends, periods, unknown), strict=True))
+    if not put:
+        return found, ()
+    kinds = Counter(restart.kind or "elsewhere" for restart in put)
+    listed = ", ".join(f"{kind} {count}" for kind, count in kinds.most_common())
+    note = f"nothing tells restarts, so they were found where the ball was put: {listed}"
+    return found, (Flaw("assumed", note, len(put), put[0].t_ns, put[-1].t_ns + 1),)
 
 
 def _with_teams(
     goals: Sequence[BallGoal], course: Course, periods: Sequence[Period], unknown: Sequence[tuple[int, int]]
 ) -> tuple[Found, ...]:
-    """The goals, each of the team that attacks that goal; of nobody where the direction is not known."""
-    attacks = home_attacks(tuple(periods), np.array([goal.t_ns for goal in goals], dtype=np.int64))
+    """The goals, each of the team that attacks that goal."""
+    teams = _attackers([(goal.t_ns, goal.end) for goal in goals], periods, unknown)
     found = []
-    for goal, sign in zip(goals, attacks.tolist(), strict=True):
-        reported = not any(start <= goal.t_ns < end for start, end in unknown)
+    for goal, team in zip(goals, teams, strict=True):
         index = int(np.searchsorted(course.t_ns, goal.t_ns))
         back = None if goal.restart_ns is None else int(np.searchsorted(course.t_ns, goal.restart_ns))
-        team: Side | None = ("home" if goal.end == sign else "away") if reported else None
         found.append(Found(index, team, _words(goal), back, kick_off=goal.sequel == "centre"))
     return tuple(found)
+
+
+def _attackers(
+    ends: Sequence[tuple[int, int]], periods: Sequence[Period], unknown: Sequence[tuple[int, int]]
+) -> list[Side | None]:
+    """Team that attacks an end, by pairs of time and end; None for end 0, or if the direction is unknown."""
+    signs = home_attacks(tuple(periods), np.array([t_ns for t_ns, _ in ends], dtype=np.int64)).tolist()
+    return [
+        None if end == 0 or any(start <= t_ns < stop for start, stop in unknown)
+        else "home" if end == sign else "away"
+        for (t_ns, end), sign in zip(ends, signs, strict=True)]
 
 
 def _no_goals(why: str, course: Course, lack: Lack) -> Flaw:
@@ -146,4 +193,5 @@ def _ball(course: Course, said: StateWords, seen: Bools) -> Ball:
     at = [*sorted(said), len(stopped)]
     for index, until in pairwise(at):
         stopped[index:until] = (said[index][-1].event or "stop") in STOPS
-    return Ball(course.t_ns[kept], course.ball_x[kept], course.ball_y[kept], stopped[kept])
+    ups = np.zeros(len(stopped), dtype=np.int64) if course.line_ups is None else course.line_ups
+    return Ball(course.t_ns[kept], course.ball_x[kept], course.ball_y[kept], stopped[kept], ups[kept])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -77,6 +78,20 @@ class Found(NamedTuple):
     kick_off: bool
 
 
+class FoundRestart(NamedTuple):
+    """A restart that no state tells, but for kick-offs.
+
+    Attributes:
+        frame: index of its frame.
+        team: team that takes it; None where unknown, or if none does.
+        note: its kind, and how it was found.
+    """
+
+    frame: int
+    team: Side | None
+    note: str
+
+
 @dataclass(frozen=True, slots=True)
 class Course:
     """Course of a match, one entry per frame, in order of time.
@@ -89,6 +104,7 @@ class Course:
         ball_x, ball_y: float64 [F], metres.
         unscored: whether it has a column for the score, but no score.
         breaks: indices of the frames with which later periods begin.
+        line_ups: int64 [F], how often the robots were put elsewhere up to a frame; None if nobody looked.
     """
 
     t_ns: I64
@@ -99,6 +115,7 @@ class Course:
     ball_y: F64
     unscored: bool = False
     breaks: tuple[int, ...] = ()
+    line_ups: I64 | None = None
 
 
 def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:
@@ -208,8 +225,8 @@ class _Referee:
 
 
 def referee_events(
-    course: Course, said: StateWords, centre: float, source: SourceFile, found: Sequence[Found] = (), *,
-    by_ball: bool = False,
+    course: Course, said: StateWords, centre: float, source: SourceFile, found: Sequence[Found] = (),
+    put: Sequence[FoundRestart] = (), *, by_ball: bool = False,
 ) -> tuple[list[Event], list[Flaw]]:
     """Referee events in order of time, and flaws of words that are not known.
 
@@ -222,7 +239,8 @@ def referee_events(
     event is a kick-off. A table that has columns for the score and nothing in them says that nobody knows it.
     A word that is not known stops play and is a flaw.
     If no state ever stops play, play is on from the start, and after a goal as soon as the ball is within
-    ``centre``. A recorder's segment that changes in play without a gap is a fault.
+    ``centre``; restarts that were found from the ball are faults then. A recorder's segment that changes in
+    play without a gap is a fault.
 
     Args:
         course: the course of the match, in order of time.
@@ -230,6 +248,7 @@ def referee_events(
         centre: distance from the pitch's centre within which a ball was put back, metres.
         source: the recording.
         found: goals that were found from the ball.
+        put: restarts that were found from the ball.
         by_ball: whether these are the goals; the score is unknown then. Otherwise they say who has scored
             before a kick-off that names no team.
 
@@ -257,7 +276,7 @@ def referee_events(
             _of_the_ball(referee, found)
         else:
             _without_states(referee, goals, centre)
-        return _with_halves(referee.events, course), flaws
+        return _with_halves(_with_faults(referee.events, course, put), course), flaws
     cuts = {
         index for index, _ in changes(course.segments)
         if index and course.t_ns[index] - course.t_ns[index - 1] <= _GAP_NS
@@ -299,6 +318,18 @@ def referee_events(
     return referee.events, flaws
 
 
+def _with_faults(events: list[Event], course: Course, put: Sequence[FoundRestart]) -> list[Event]:
+    """Events of a table without states, with the restarts found; none between a goal and its kick-off."""
+    found = []
+    for restart in put:
+        t_ns = int(course.t_ns[restart.frame])
+        at = bisect_right(events, t_ns, key=lambda event: event.t_ns)
+        before = events[at - 1]
+        if before.event != "goal" or at == len(events) or events[at].event != "kick-off":
+            found.append(replace(before, t_ns=t_ns, event="fault", team=restart.team, note=restart.note))
+    return sorted([*events, *found], key=lambda event: event.t_ns)
+
+
 def _with_halves(events: list[Event], course: Course) -> list[Event]:
     """Events of a table without states, with an end and a beginning at each new period."""
     for index in course.breaks:
@@ -306,7 +337,7 @@ def _with_halves(events: list[Event], course: Course) -> list[Event]:
         before = [event for event in events if event.t_ns < start]
         # a kick-off that was looked for after the last goal of a period belongs to the next one's beginning
         after = [event for event in events if event.t_ns >= start]
-        if before[-1].event in STOPS and after and after[0].event != "goal":
+        if before[-1].event in STOPS and after and after[0].event in ("kick-off", "play"):
             after = after[1:]
         half = replace(before[-1], t_ns=int(course.t_ns[index - 1]), event="half", team=None, note=_ANEW)
         events = [*before, half, replace(half, t_ns=start, event="play"), *after]

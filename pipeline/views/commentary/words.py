@@ -69,10 +69,16 @@ def enumerated(items: Sequence[str]) -> str:
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 
+def restart_word(note: str) -> str:
+    """A restart in its source's word, without how it was found."""
+    return note.partition(":")[0].replace("_", " ").strip()
+
+
 def restart_sentence(note: str | None, team: str | None) -> str:
     """Sentence for a restart of a team that is called so; an unknown word is quoted."""
-    words = (note or "").replace("_", " ").strip().lower().removesuffix(" l").removesuffix(" r")
-    said = RESTARTS.get(words, f"Play restarts ({note})" if note else "Play restarts")
+    word = restart_word(note or "")
+    words = word.lower().removesuffix(" l").removesuffix(" r")
+    said = RESTARTS.get(words, f"Play restarts ({word})" if word else "Play restarts")
     return f"{said} for {team}." if team else f"{said}."
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.views.commentary.goals import HELD_S, roles_at_goals
-from pitchlore.pipeline.views.commentary.words import robot
+from pitchlore.pipeline.views.commentary.words import restart_word, robot
 from pitchlore.pipeline.views.scout.zones import third
 
 #: Thirds of the pitch in words, in the order of THIRDS.
@@ -108,6 +108,6 @@ def _began(
     if not given:
         return "No restart is known before"
     row = given[-1]
-    what = "kick-off" if row["event"] == "kick-off" else (row["note"] or "restart").replace("_", " ")
+    what = "kick-off" if row["event"] == "kick-off" else restart_word(row["note"] or "restart")
     of = f" of {names[row['team']]}" if row["team"] else ""
     return f"{what[:1].upper()}{what[1:]}{of} {_ago(row['t_ns'], t_ns)}"

@@ -12,7 +12,7 @@ from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.card import Card
-from pitchlore.pipeline.views.commentary.words import enumerated
+from pitchlore.pipeline.views.commentary.words import enumerated, restart_word
 from pitchlore.pipeline.views.scout.content.answers import goals_over, line_samples, robots_of, scores_by
 from pitchlore.pipeline.views.scout.content.chances import shots_over
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
@@ -240,5 +240,6 @@ def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
         "Its restarts",
         f"Of {number_of(given.height, 'restart')} that the recordings give it, {led.height} led to a shot"
         f" within {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
-        [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9), row["note"] or row["kind"],
-                    before_s=0, after_s=0) for row in _spread(led).iter_rows(named=True)])
+        [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9),
+                    restart_word(row["note"] or row["kind"]), before_s=0, after_s=0)
+         for row in _spread(led).iter_rows(named=True)])
