@@ -19,7 +19,7 @@ from pitchlore.pipeline.importers.tracking.ball_restarts import (
     Ball,
     BallRestart,
     cuts_of,
-    kick_offs,
+    put_back,
 )
 from pitchlore.pipeline.matches.frame import runs
 from pitchlore.pipeline.numbers.arrays import Bools
@@ -101,13 +101,13 @@ def ball_goals(ball: Ball, pitch: Pitch, restarts: Sequence[BallRestart]) -> lis
     Args:
         ball: where it was seen.
         pitch: pitch of the match; its middle is (0, 0).
-        restarts: those found from the ball (:func:`ball_restarts`).
+        restarts: found from the ball (:func:`ball_restarts`).
     """
     if len(ball.t_ns) < 2:
         return []
     cuts = cuts_of(ball, pitch)
     visits = sorted(_visits(ball, pitch, cuts))
-    centred = kick_offs(ball, pitch, cuts)
+    centred = put_back(ball, pitch, cuts)
     elsewhere = np.searchsorted(ball.t_ns, [restart.t_ns for restart in restarts])
     found = []
     for at, visit in enumerate(visits):

@@ -189,7 +189,7 @@ def cuts_of(ball: Ball, pitch: Pitch) -> Bools:
     return np.concatenate(([True], (step_s > _GAP_S) | far))
 
 
-def kick_offs(ball: Ball, pitch: Pitch, cuts: Bools) -> I64:
+def put_back(ball: Ball, pitch: Pitch, cuts: Bools) -> I64:
     """Samples at which the ball is at the centre and was put there, or lies still there, int64 [K].
 
     Args:

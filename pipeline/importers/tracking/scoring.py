@@ -57,7 +57,7 @@ class Scoring(NamedTuple):
     Attributes:
         origin: None if nothing does.
         found: goals that were found from the ball; empty if something else tells goals, and their teams.
-        restarts: those found from the ball, but for kick-offs; empty if states tell when play is on.
+        restarts: found from the ball, but for kick-offs; empty if states tell when play is on.
         confidence: confidence in each of them by its time, ns, if the ball alone tells goals.
         flaws: notes that the user has to know.
     """
