@@ -279,19 +279,23 @@ class Keeper:
         return record, process is not None
 
     @contextmanager
-    def running(self) -> Iterator[Kept]:
+    def running(self, *, shared: bool = True) -> Iterator[Kept]:
         """The server while the body runs: the one that runs already, else one that ends with the body.
+
+        Args:
+            shared: whether other commands may find the one that ends with the body.
 
         Raises:
             ServerFailed: if no server answers in the end.
         """
-        record, process = self._find_or_start(0)
+        record, process = self._find_or_start(0, shared=shared)
         try:
             yield record
         finally:
             if process is not None:
                 process.stop()
-                self._record.unlink(missing_ok=True)
+                if shared:
+                    self._record.unlink(missing_ok=True)
 
     def stop(self) -> Kept | None:
         """Stop the server, by force if need be. Returns its record, None if none runs.
@@ -317,13 +321,13 @@ class Keeper:
             self._record.unlink()
         return record
 
-    def _find_or_start(self, port: int) -> tuple[Kept, Process | None]:
+    def _find_or_start(self, port: int, *, shared: bool = True) -> tuple[Kept, Process | None]:
         """The record of the server, and its process if it was started now: that ends with this one."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             with self._lock:
                 record = self.alive
-                return (record, None) if record is not None else self._start(port)
+                return (record, None) if record is not None else self._start(port, shared=shared)
         except Timeout:
             raise ServerFailed("another command is starting the server, which does not answer",
                                where=str(self.folder), next_step=f"See {self.log}") from None
@@ -331,7 +335,7 @@ class Keeper:
             raise ServerFailed(f"cannot be used ({error.strerror or error})", where=str(self.folder),
                                next_step="Make it a folder that you may write, or remove it") from error
 
-    def _start(self, port: int) -> tuple[Kept, Process]:
+    def _start(self, port: int, *, shared: bool) -> tuple[Kept, Process]:
         why = trouble(self.folder / database())
         if why is not None:
             raise ServerFailed(why, where=str(self.folder), next_step=(
@@ -340,7 +344,8 @@ class Keeper:
         process = Process(self._environment(), port=port, log=self.log)
         try:
             process.wait()
-            Files(self.folder).write_bytes(self._record, pretty(process.record))
+            if shared:
+                Files(self.folder).write_bytes(self._record, pretty(process.record))
         except BaseException:  # Ctrl-C, too, leaves none behind
             process.kill()
             raise

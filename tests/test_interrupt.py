@@ -7,7 +7,7 @@ import signal
 import sqlite3
 import subprocess
 import time
-from contextlib import closing
+from contextlib import ExitStack, closing
 
 import pytest
 from support.processes import alive, eventually, pitchlore
@@ -206,14 +206,14 @@ def test_ended_command(flow, relayed, moment, number, code):
 #: A command whose flow, when it would import a recording, stops its server and waits.
 HANGS = """
 import os, signal, time
-from pathlib import Path
-import pitchlore.pipeline.engine.imports, pitchlore.flows.server
+import pitchlore.pipeline.engine.imports
 from pitchlore.flows import serving
+watched, servers = serving._watched, []
+serving._watched = lambda url, own: servers.append(own.pid) or watched(url, own)
 def wait(*_):
-    server = pitchlore.flows.server.Keeper(Path({data!r})).look()
-    os.kill(server.pid, signal.SIGSTOP)
+    os.kill(servers[0], signal.SIGSTOP)
     serving.WATCH_S, serving.REPLY_S = 0.2, 0.5
-    print(server.pid, flush=True)
+    print(servers[0], flush=True)
     time.sleep(600)
 pitchlore.pipeline.engine.imports.take_in = wait
 """
@@ -221,7 +221,7 @@ pitchlore.pipeline.engine.imports.take_in = wait
 
 def test_server_that_hangs_meanwhile(flow, relayed):
     """If its server hangs while flows run, the command ends within seconds, and the server with it."""
-    words = pitchlore("run", "--flow", "--data", flow, before=HANGS.format(data=str(flow)))
+    words = pitchlore("run", "--flow", "--data", flow, before=HANGS)
     with subprocess.Popen(words, text=True, env=os.environ | relayed, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stdout is not None
         number, begun = int(command.stdout.readline()), time.monotonic()
@@ -231,6 +231,34 @@ def test_server_that_hangs_meanwhile(flow, relayed):
     assert "Traceback" not in err
     assert err.rstrip().endswith("does not answer. What was finished is kept; run the command again to go on.")
     assert eventually(lambda: not alive(number), 5)
+
+
+#: A command that waits, before it imports, until there is a file.
+WAITS = """
+import time
+from pathlib import Path
+from pitchlore.pipeline.engine import imports
+take_in = imports.take_in
+def waiting(*given, **named):
+    print("moment", flush=True)
+    while not Path({file!r}).exists(): time.sleep(0.02)
+    return take_in(*given, **named)
+imports.take_in = waiting
+"""
+
+
+@pytest.mark.parametrize("words", [["--flow"], []])
+def test_two_at_once(flow, tmp_path, words):
+    """The server that a command brings ends with it, and no other command depends on it; at their first use, too."""
+    with ExitStack() as both:
+        begun = []
+        for number, how in enumerate((["--flow"], words)):
+            begun.append(both.enter_context(terminal(
+                "run", *how, "--data", flow, before=WAITS.format(file=str(tmp_path / f"go-{number}")))))
+            begun[-1].until("moment")
+        for number, command in enumerate(begun):
+            (tmp_path / f"go-{number}").touch()
+            assert command.end(60.0) == 0, command.text
 
 
 def test_database_locked_meanwhile(flow, monkeypatch, call):

@@ -38,7 +38,8 @@ def perform(store: Store, flow: str, result: type[R], work: Callable[P, R], *, a
             if url is None and not as_flow:
                 return work(*given, **how)
             keeper = Keeper(store.root)
-            own = stack.enter_context(keeper.running()) if url is None else None
+            # it ends with this command: no other may depend on it
+            own = stack.enter_context(keeper.running(shared=False)) if url is None else None
             from pitchlore.flows import run  # noqa: PLC0415 (Prefect takes seconds to load)
             from pitchlore.flows.serving import serving  # noqa: PLC0415
 
