@@ -48,7 +48,7 @@ class TrajectorySettings(Frozen):
 
     gap_s: float = Field(default=0.5, gt=0)
     window_s: float = Field(default=0.1, gt=0)
-    window_samples: int = Field(default=3, ge=3)
+    window_samples: int = Field(default=3, ge=3, le=1_000_000)
     hole_s: float = Field(default=0.2, gt=0)
     jump_accept_s: float = Field(default=0.25, gt=0)
     reorder_s: float = Field(default=0.5, ge=0)
@@ -220,7 +220,7 @@ class ModelSettings(Frozen):
     leaves: int = Field(default=8, ge=2)
     leaf_samples: int = Field(default=100, ge=1)
     tree_penalty: float = Field(default=5.0, ge=0)
-    seed: int = 0
+    seed: int = Field(default=0, ge=0, lt=1 << 32)
 
 
 class ValueSettings(Frozen):
@@ -362,7 +362,7 @@ class BehaviourSettings(Frozen):
     keep_random: bool = False
     epochs: int = Field(default=20, ge=1)
     sigma_end: float = Field(default=0.5, gt=0)
-    seed: int = 0
+    seed: int = Field(default=0, ge=0, lt=1 << 32)
 
     @field_validator("rounds")
     @classmethod
@@ -410,7 +410,7 @@ class HabitSettings(Frozen):
     tree_penalty: float = Field(default=2.0, ge=0)
     round_trees: int | None = Field(default=None, ge=1, exclude_if=lambda trees: trees is None)
     round_rate: float | None = Field(default=None, gt=0, le=1, exclude_if=lambda rate: rate is None)
-    seed: int = 0
+    seed: int = Field(default=0, ge=0, lt=1 << 32)
 
     @property
     def of_rounds(self) -> Self:
@@ -502,7 +502,7 @@ class AppraisalSettings(Frozen):
     expected_leaves: int = Field(default=16, ge=2)
     tree_penalty: float = Field(default=20.0, ge=0)
     bins: int = Field(default=64, ge=2, le=255)
-    seed: int = 0
+    seed: int = Field(default=0, ge=0, lt=1 << 32)
 
 
 class PolicySettings(Frozen):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import re
 import sys
-from contextlib import nullcontext
+import time
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from pydoc import locate
 
@@ -226,6 +227,39 @@ def test_full_disk_of_the_copy(server, machine, monkeypatch, full):
         store.commit(work(version=2 + after), made(f"after {after}"))
         other.catch_up()
         assert other.read(other.receipt("goals", "m-1"), "note") == f"after {after}".encode()
+
+
+@pytest.mark.parametrize("always", [False, True])
+@pytest.mark.parametrize("page", [1, 2, 3])
+def test_a_page_of_a_listing_that_is_none(machine, server, monkeypatch, page, always):
+    """A gateway's page in a listing of several hides no object, and `prune` removes nothing that a receipt names.
+
+    If each further page is a gateway's, the listing goes on from its last key, or is refused.
+    """
+    url = server.new()
+    one, other, third = machine(url), machine(url), machine(url)
+    names = [f"m-{number}" for number in range(9)]
+    for name in names:
+        one.commit(work(name=name), made(name))
+    asked, pages = server.ask, []
+
+    def ask(method, path, body, headers):
+        if "list-type=2" not in path:
+            return asked(method, path, body, headers)
+        pages.append(path)
+        answer, data = asked(method, f"{path}&max-keys=5", body, headers)
+        wrong = len(pages) == page or (always and page > 1 and "continuation-token" in path)
+        return answer, b"<html>Log in first</html>" if wrong else data
+
+    with monkeypatch.context() as patch:
+        patch.setattr(server, "ask", ask)
+        patch.setattr(mirrors.Mirror, "now", lambda _: time.time() + 3 * 86_400)
+        for read in (lambda: sorted(other.catch_up() or other.names("goals")) == names, lambda: not third.prune("goals")):
+            pages.clear()
+            with suppress(BucketFailed) if always else nullcontext():
+                assert read()
+    other.catch_up()
+    assert [other.read(other.receipt("goals", name), "note") for name in names] == [name.encode() for name in names]
 
 
 def test_full_disk_of_the_index(machine, server):

@@ -58,7 +58,7 @@ def test_few_requests(two, server):
     one.catch_up()
     server.asked = 0
     one.commit(work("behaviours", "all"), made("of all"), sources)
-    assert server.asked == 3
+    assert server.asked == 4, "a listing and its end, and two objects"
     other.forget("matches", "m-5")
     with pytest.raises(NotFound, match="matches m-5 has been removed meanwhile"):
         one.commit(work("behaviours", "all", 2), made("of all"), sources)
@@ -66,7 +66,7 @@ def test_few_requests(two, server):
     one.prune("matches")
     server.asked = 0
     assert [one.prune(noun) for noun in ("matches", "behaviours", "goals")] == [[], [], []]
-    assert server.asked == 3
+    assert server.asked == 6, "each listing and its end"
 
 
 def test_clock_set_back(two, monkeypatch):

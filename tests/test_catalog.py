@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import duckdb
 import polars as pl
@@ -99,6 +100,16 @@ def test_change_within_a_tick(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("pitchlore.pipeline.engine.catalog.look_over", slowly)
         refresh(store)
+    assert ask(refresh(store)[0], COUNT).item() == 2
+
+
+def test_folders_without_times(tmp_path, monkeypatch):
+    """On a disk that does not touch a folder's time when a file comes, each question looks at all files."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    monkeypatch.setattr(look, "stamp_of", lambda path: stamp_of(path) if Path(path).is_file() else (stamp_of(path)[0], 0, 0))
+    assert ask(refresh(store)[0], COUNT).item() == 1
+    put_goal(store, "m-2", 2)
     assert ask(refresh(store)[0], COUNT).item() == 2
 
 

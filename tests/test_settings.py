@@ -1,6 +1,7 @@
 """Settings: what a TOML file may say, and how its errors are reported."""
 
 import pytest
+from pydantic import ValidationError
 
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.settings import RoundSettings, RunSettings, Settings, parse_settings
@@ -94,3 +95,12 @@ def test_rounds_refused(lengths, found):
     """Rounds are refused if their n does not fall, or if there are none."""
     with pytest.raises(BadSettings, match=rf"behaviours\.rounds: there must be a round, and n must fall .*{found}\)"):
         parse_settings(rounds(*lengths), where="s.toml")
+
+
+@pytest.mark.parametrize("given", [
+    {"trajectories": {"window_samples": 2**63 - 1}}, {"models": {"seed": -1}}, {"behaviours": {"seed": -1}},
+    {"knowledge": {"habits": {"seed": -5}}}, {"behaviours": {"seed": 2**32}}])
+def test_numbers_that_a_library_breaks_on(given):
+    """Seeds that a generator refuses, and windows that no memory holds, are refused before any work."""
+    with pytest.raises(ValidationError):
+        Settings.model_validate(given)

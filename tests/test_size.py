@@ -95,11 +95,12 @@ and a Dask worker that is killed before it has begun.
 That a catalogue to which another program has written, or which it holds, changes no answer, and that a table of another
 version is said, took 36.
 That restarts of tables without states are found from the ball took 217: before, play went on through penalties.
+That a disk may not touch the times of folders took 5.
 """
 
 from conftest import ROOT
 
-MOST, MOST_OF_OPTIONS = 23_995, 1_795
+MOST, MOST_OF_OPTIONS = 24_000, 1_795
 
 #: Files of each room of the core, as patterns under the project's folder.
 CORE = {

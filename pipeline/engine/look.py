@@ -26,6 +26,8 @@ from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
 from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed, settled, stamp_of
 
 _log = logging.getLogger(__name__)
+#: Disks tell times by at most so much, ns.
+_COARSEST_NS = 3_000_000_000
 
 
 class Vouched(NamedTuple):
@@ -226,8 +228,11 @@ def keep_look(store: Store, catalogue: Stamp, folders: Mapping[str, Stamp | None
         catalogue: the stamp of the catalogue that was made, or found up to date.
         folders: the folders (:func:`folders_of`).
     """
+    now_ns = store.now_ns()
     with suppress(StorageFailed):  # it only saves time
         store.write_bytes(_looked_path(store), sealed(Looked(catalogue=catalogue, folders=dict(folders))))
+        if now_ns - stamp_of(str(store.root))[2] > _COARSEST_NS:  # no file changes a folder's time
+            store.drop(_looked_path(store))
 
 
 def are_settled(folders: Mapping[str, Stamp | None], now_ns: int) -> bool:

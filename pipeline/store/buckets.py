@@ -123,14 +123,31 @@ class Bucket:
     def listing(self, prefix: str = "") -> list[ObjectStat]:
         """All objects whose keys begin with a prefix, which is empty or a folder's; in order of their keys.
 
+        A page that is another's, as a gateway's, ends a listing without a word. So it is asked for again from
+        before the last key, until that comes alone.
+
         Raises:
-            BucketFailed: as every method here does, if the bucket cannot be reached or refuses.
+            BucketFailed: as every method here does, if the bucket cannot be reached or refuses; or if the
+                last key does not come again, and is there.
         """
+        found: dict[str, ObjectStat] = {}
+        while True:
+            keys = sorted(found)[-2:]
+            listed = self._listed(prefix, keys[0] if len(keys) > 1 else None)
+            if keys and keys[-1] not in listed and self.has(keys[-1]):
+                raise BucketFailed("its listing lacks an object that is there", where=self.url, next_step=(
+                    "Look at its address, and whether a proxy answers in its place"))
+            if found.keys() >= listed.keys() and (found or not self._listed(prefix, None)):
+                return [found[key] for key in sorted(found)]
+            found |= listed
+
+    def _listed(self, prefix: str, after: str | None) -> dict[str, ObjectStat]:
+        """The objects of one listing whose keys come after another, by their keys."""
         import obstore  # noqa: PLC0415 (an extra)
 
-        def ask() -> list[ObjectStat]:
-            pages = obstore.list(self._store, prefix or None, chunk_size=1_000)
-            return sorted(_entry(each) for page in pages for each in page)
+        def ask() -> dict[str, ObjectStat]:
+            pages = obstore.list(self._store, prefix or None, offset=after, chunk_size=1_000)
+            return {entry.key: entry for page in pages for entry in map(_entry, page)}
 
         return self._asked(ask, prefix)
 
