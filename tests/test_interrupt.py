@@ -140,7 +140,7 @@ def assert_stopped(command, presses=1):
 
 
 @pytest.mark.parametrize(("moment", "presses", "words", "there"), [
-    ("a file is written", 2, ("run",), False), ("a file is written", 2, ("import", "{inbox}"), False),
+    ("a file is written", 2, ("run",), False), ("a file is written", 2, ("import", "{inbox}/derby.csv"), False),
     ("a file is written", 2, ("run", "--flow"), True),
     ("a task runs", 1, ("run", "--flow"), False), ("a cluster is there", 1, ("run", "--on", "dask:local:1"), False)])
 def test_work_stops(flow, prefect_server, relayed, moment, presses, words, there):

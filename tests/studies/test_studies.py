@@ -264,7 +264,7 @@ def test_usual(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_scale(tmp_path, monkeypatch, commands_here, few_trees):
     """Both studies of scale; receipts that were written just now count, as they do where a run takes longer."""
-    monkeypatch.setattr(outputs, "settled", lambda stamp: True)
+    monkeypatch.setattr(outputs, "settled", lambda *_: True)
     monkeypatch.setattr(scale.study, "QUESTIONS", {"one": "select count(*) from matches"})
     monkeypatch.setattr(scale.study, "MINUTES", 0.1)
     scale.study.main(tmp_path, [1])
