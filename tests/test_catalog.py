@@ -18,7 +18,7 @@ import pitchlore
 from pitchlore.pipeline.base.errors import BadQuery
 from pitchlore.pipeline.engine import look
 from pitchlore.pipeline.engine.catalog import refresh
-from pitchlore.pipeline.store import Store, catalog
+from pitchlore.pipeline.store import Store, catalog, sealed
 from pitchlore.pipeline.store.catalog import FILES, VARIABLE, pattern, quote
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.sealed import stamp_of
@@ -83,7 +83,8 @@ def test_older_look_ends_last(tmp_path, monkeypatch):
 
 def test_change_within_a_tick(tmp_path, monkeypatch):
     """A match that comes while others are looked at is seen, though its folder's size and time are as before."""
-    monkeypatch.setattr(look, "stamp_of", lambda path: (stamp_of(path)[0], 0, stamp_of(path)[2]))
+    monkeypatch.setattr(sealed, "stamp_of", lambda path: stamp_of(path) if Path(path).is_file() else (
+        stamp_of(path)[0], 0, stamp_of(path)[2]))
     store = Store(tmp_path)
     put_goal(store, "m-1", 1)
     folders = [tmp_path / "matches", tmp_path / "goals"]
@@ -107,7 +108,9 @@ def test_folders_without_times(tmp_path, monkeypatch):
     """On a disk that does not touch a folder's time when a file comes, each question looks at all files."""
     store = Store(tmp_path)
     put_goal(store, "m-1", 1)
-    monkeypatch.setattr(look, "stamp_of", lambda path: stamp_of(path) if Path(path).is_file() else (stamp_of(path)[0], 0, 0))
+    for module in (look, sealed):
+        monkeypatch.setattr(
+            module, "stamp_of", lambda path: stamp_of(path) if Path(path).is_file() else (stamp_of(path)[0], 0, 0))
     assert ask(refresh(store)[0], COUNT).item() == 1
     put_goal(store, "m-2", 2)
     assert ask(refresh(store)[0], COUNT).item() == 2

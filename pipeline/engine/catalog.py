@@ -24,7 +24,7 @@ from pitchlore.pipeline.engine.stage import Per
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.store import Store, catalog
 from pitchlore.pipeline.store.paths import SAFE_NAME
-from pitchlore.pipeline.store.sealed import Stamp, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, stamp_if_there, stamp_of
 from pitchlore.schemas import PUBLIC
 
 
@@ -116,7 +116,7 @@ class _ReplacedMeanwhile(Exception):
 
 def _look(store: Store, path: Path, *, join: bool) -> list[CorruptFile]:
     """Bring the catalogue up to date, and note it; the errors of files that are left out."""
-    now_ns, folders, seen = store.now_ns(), folders_of(store), _stamp(path)
+    now_ns, folders, seen = store.now_ns(), folders_of(store), stamp_if_there(str(path))
     known, records = catalog.listing(path), records_of(store)
     try:
         left_out, stamp = _bring_up_to_date(store, path, known, records, seen, join=join)
@@ -165,17 +165,11 @@ def _bring_up_to_date(
             with ExitStack() as held, store.aside(path) as temporary:
                 catalog.build(temporary, files, of_groups)
                 held.enter_context(store.snapshot())
-                if _stamp(path) != seen:
+                if stamp_if_there(str(path)) != seen:
                     raise _ReplacedMeanwhile
-                seen = _stamp(temporary)
+                seen = stamp_of(str(temporary))
                 catalog.log_of(path).unlink(missing_ok=True)
     return unread + [file.error for file in damaged], seen
-
-
-def _stamp(path: Path) -> Stamp | None:
-    with suppress(FileNotFoundError):
-        return stamp_of(str(path))
-    return None
 
 
 def files_of(store: Store, table: str) -> list[str]:

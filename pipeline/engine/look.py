@@ -23,7 +23,7 @@ from pitchlore.pipeline.store.parts import ClosedPart, Source
 from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.reading import remedy_for
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
-from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed, settled, stamp_if_there, stamp_of
 
 _log = logging.getLogger(__name__)
 #: Disks tell times by at most so much, ns.
@@ -242,14 +242,8 @@ def are_settled(folders: Mapping[str, Stamp | None], now_ns: int) -> bool:
 
 def folders_of(store: Store) -> dict[str, Stamp | None]:
     """The stamps of the folders in which receipts, manifests, records of quarantine and parts are."""
-    found: dict[str, Stamp | None] = {}
-    for name in (*STAGES, "quarantine", parts.FOLDER):
-        path = f"{store.root}/{name}"
-        try:
-            found[path] = stamp_of(path)
-        except FileNotFoundError:
-            found[path] = None
-    return found
+    paths = (f"{store.root}/{name}" for name in (*STAGES, "quarantine", parts.FOLDER))
+    return {path: stamp_if_there(path) for path in paths}
 
 
 def _looked_path(store: Store) -> Path:

@@ -95,6 +95,14 @@ def stamp_of(path: str) -> Stamp:
     return found.st_ino, found.st_size, found.st_mtime_ns
 
 
+def stamp_if_there(path: str) -> Stamp | None:
+    """The stamp of a file, None if there is none."""
+    try:
+        return stamp_of(path)
+    except FileNotFoundError:
+        return None
+
+
 def settled(stamp: Stamp, now_ns: int) -> bool:
     """True if a file is so old that another one would have another stamp.
 
