@@ -13,6 +13,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, field_validator, model_validator
 
+from pitchlore.pipeline.base.bounds import MANY, Amount, Count, Pause, Positive, Seconds
 from pitchlore.pipeline.base.toml import Frozen, fitted, toml_tables
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.schemas.table import KEYS, Key, Side
@@ -46,12 +47,12 @@ class TrajectorySettings(Frozen):
             jumped back.
     """
 
-    gap_s: float = Field(default=0.5, gt=0)
-    window_s: float = Field(default=0.1, gt=0)
+    gap_s: Seconds = 0.5
+    window_s: Seconds = 0.1
     window_samples: int = Field(default=3, ge=3, le=1_000_000)
-    hole_s: float = Field(default=0.2, gt=0)
-    jump_accept_s: float = Field(default=0.25, gt=0)
-    reorder_s: float = Field(default=0.5, ge=0)
+    hole_s: Seconds = 0.2
+    jump_accept_s: Seconds = 0.25
+    reorder_s: Pause = 0.5
 
 
 class GoalSettings(Frozen):
@@ -64,9 +65,9 @@ class GoalSettings(Frozen):
         line_s: time after a contact from which the ball's straight line is taken.
     """
 
-    before_s: float = Field(default=2.0, gt=0)
-    beside: float = Field(default=2.0, ge=1)
-    line_s: float = Field(default=0.1, gt=0)
+    before_s: Seconds = 2.0
+    beside: float = Field(default=2.0, ge=1, le=1000)
+    line_s: Seconds = 0.1
 
 
 class EventSettings(Frozen):
@@ -84,13 +85,13 @@ class EventSettings(Frozen):
         won_s: time after a robot's pressure within which its team may win the ball by it.
     """
 
-    line_s: float = Field(default=0.1, gt=0)
-    deflected_s: float = Field(default=2.0, gt=0)
-    wide: float = Field(default=1.0, ge=0.5)
-    wide_speed: float = Field(default=0.4, gt=0)
-    wide_s: float = Field(default=1.0, gt=0)
-    join_s: float = Field(default=0.25, ge=0)
-    won_s: float = Field(default=1.0, ge=0)
+    line_s: Seconds = 0.1
+    deflected_s: Seconds = 2.0
+    wide: float = Field(default=1.0, ge=0.5, le=1000)
+    wide_speed: Positive = 0.4
+    wide_s: Seconds = 1.0
+    join_s: Pause = 0.25
+    won_s: Pause = 1.0
 
 
 class AnalysisSettings(Frozen):
@@ -108,12 +109,12 @@ class AnalysisSettings(Frozen):
         space_each_s: time between the instants at which space is sampled.
     """
 
-    transition: float = Field(default=0.25, ge=0)
-    regain: float = Field(default=0.25, ge=0)
-    sprint: float = Field(default=0.045, ge=0)
-    reaction: float = Field(default=0.03, ge=0)
-    hole_s: float = Field(default=0.2, gt=0)
-    space_each_s: float = Field(default=1.0, gt=0)
+    transition: Amount = 0.25
+    regain: Amount = 0.25
+    sprint: Amount = 0.045
+    reaction: Amount = 0.03
+    hole_s: Seconds = 0.2
+    space_each_s: Seconds = 1.0
 
 
 class SituationSettings(Frozen):
@@ -131,12 +132,12 @@ class SituationSettings(Frozen):
     """
 
     fire_at: float = Field(default=0.5, gt=0, le=1)
-    flicker_s: float = Field(default=0.10, ge=0)
-    lull_s: float = Field(default=0.134, ge=0)
-    longest_s: float = Field(default=2.0, gt=0)
+    flicker_s: Pause = 0.10
+    lull_s: Pause = 0.134
+    longest_s: Seconds = 2.0
     least_share: float = Field(default=0.3, ge=0, le=1)
-    random_least_s: float = Field(default=0.2, ge=0)
-    random_longest_s: float = Field(default=1.0, gt=0)
+    random_least_s: Pause = 0.2
+    random_longest_s: Seconds = 1.0
 
 
 #: Trees that weigh clues of measured robots: the beginning of their file's SHA-256. Receipts and keys say it,
@@ -165,15 +166,15 @@ class OptionSettings(Frozen):
     """
 
     recover: bool = False
-    window_s: float = Field(default=0.2, gt=0)
-    sample_s: float = Field(default=1 / 30, gt=0)
-    wheel_speed: float = Field(default=1.2, gt=0)
-    wheel_acceleration: float = Field(default=6.0, gt=0)
-    axle: float = Field(default=0.071, gt=0)
+    window_s: Seconds = 0.2
+    sample_s: Seconds = 1 / 30
+    wheel_speed: Positive = 1.2
+    wheel_acceleration: Positive = 6.0
+    axle: Positive = 0.071
     robots: Robots = Field(default="arena", exclude_if=lambda robots: robots == "arena")
     logged: bool = Field(default=True, exclude_if=lambda logged: logged)
-    rounds: int = Field(default=10, ge=0)
-    evidence: float = Field(default=20.0, gt=0)
+    rounds: int = Field(default=10, ge=0, le=MANY)
+    evidence: Positive = 20.0
 
 
 class MomentSettings(Frozen):
@@ -184,8 +185,8 @@ class MomentSettings(Frozen):
         horizon_s: time within which a team scores "soon".
     """
 
-    step_s: float = Field(default=0.2, gt=0)
-    horizon_s: float = Field(default=5.0, gt=0)
+    step_s: Seconds = 0.2
+    horizon_s: Seconds = 5.0
 
 
 class ModelSettings(Frozen):
@@ -207,19 +208,19 @@ class ModelSettings(Frozen):
         seed: seed of the boosting.
     """
 
-    matches_at_most: int = Field(default=64, ge=1)
-    folds: int = Field(default=5, ge=2)
-    block_s: float = Field(default=60.0, gt=0)
-    moments_apart_s: float = Field(default=1.0, gt=0)
-    goals_at_least: int = Field(default=10, ge=2)
-    boosting_goals: int = Field(default=100, ge=2)
+    matches_at_most: Count = 64
+    folds: int = Field(default=5, ge=2, le=MANY)
+    block_s: Seconds = 60.0
+    moments_apart_s: Seconds = 1.0
+    goals_at_least: int = Field(default=10, ge=2, le=MANY)
+    boosting_goals: int = Field(default=100, ge=2, le=MANY)
     evidence: float = Field(default=0.1, gt=0, le=1)
-    penalty: float = Field(default=1.0, gt=0)
-    trees: int = Field(default=200, ge=1)
+    penalty: Positive = 1.0
+    trees: Count = 200
     learning_rate: float = Field(default=0.05, gt=0, le=1)
-    leaves: int = Field(default=8, ge=2)
-    leaf_samples: int = Field(default=100, ge=1)
-    tree_penalty: float = Field(default=5.0, ge=0)
+    leaves: int = Field(default=8, ge=2, le=MANY)
+    leaf_samples: Count = 100
+    tree_penalty: Amount = 5.0
     seed: int = Field(default=0, ge=0, lt=1 << 32)
 
 
@@ -231,7 +232,7 @@ class ValueSettings(Frozen):
             play.
     """
 
-    goal_s: float = Field(default=1.0, ge=0)
+    goal_s: Pause = 1.0
 
 
 class ChanceSettings(Frozen):
@@ -242,7 +243,7 @@ class ChanceSettings(Frozen):
             has no expected goals.
     """
 
-    goals_at_least: int = Field(default=30, ge=1)
+    goals_at_least: Count = 30
 
 
 class ActSettings(Frozen):
@@ -254,9 +255,9 @@ class ActSettings(Frozen):
         soon_s: a goal is said to follow it if it falls within this time.
     """
 
-    before_s: float = Field(default=0.5, ge=0)
-    after_s: float = Field(default=2.0, gt=0)
-    soon_s: float = Field(default=8.0, gt=0)
+    before_s: Pause = 0.5
+    after_s: Seconds = 2.0
+    soon_s: Seconds = 8.0
 
 
 class SideSettings(Frozen):
@@ -301,10 +302,10 @@ class GramSettings(Frozen):
         default="situations", exclude_if=lambda of: of == "situations")
     outcome: Literal["change", "paper"] = "change"
     alpha: float = Field(default=0.998, gt=0, lt=1)
-    tick_s: float = Field(default=1 / 30, gt=0)
-    gap_s: float = Field(default=0.2, gt=0)
-    ahead_s: float = Field(default=1.0, gt=0)
-    watched_s: float | None = Field(default=None, gt=0)
+    tick_s: Seconds = 1 / 30
+    gap_s: Seconds = 0.2
+    ahead_s: Seconds = 1.0
+    watched_s: Seconds | None = None
 
 
 class RoundSettings(Frozen):
@@ -317,8 +318,8 @@ class RoundSettings(Frozen):
     """
 
     n: int = Field(ge=1, le=4)
-    rows: int = Field(ge=1)
-    columns: int = Field(ge=1)
+    rows: Count
+    columns: Count
     activation: float = Field(gt=0, le=1)
 
 
@@ -355,13 +356,13 @@ class BehaviourSettings(Frozen):
     )
     share_of: Literal["groups", "situations"] = "groups"
     select_by: Literal["low", "value"] = "low"
-    value_over: float = 0.0
+    value_over: float = Field(default=0.0, ge=-1e6, le=1e6)
     usual: bool = Field(default=False, exclude_if=lambda usual: not usual)
     shrink: bool = True
-    support_at_least: int = Field(default=3, ge=1)
+    support_at_least: Count = 3
     keep_random: bool = False
-    epochs: int = Field(default=20, ge=1)
-    sigma_end: float = Field(default=0.5, gt=0)
+    epochs: Count = 20
+    sigma_end: Positive = 0.5
     seed: int = Field(default=0, ge=0, lt=1 << 32)
 
     @field_validator("rounds")
@@ -399,16 +400,16 @@ class HabitSettings(Frozen):
         seed: decides which of several options a window is learned as.
     """
 
-    rounds: int = Field(default=3, ge=1)
-    windows_at_most: int = Field(default=36_000, ge=1)
+    rounds: Count = 3
+    windows_at_most: Count = 36_000
     least_share: float = Field(default=0.005, ge=0, lt=1)
     doubt: float = Field(default=0.02, gt=0, le=1)
-    trees: int = Field(default=60, ge=1)
+    trees: Count = 60
     learning_rate: float = Field(default=0.15, gt=0, le=1)
-    leaves: int = Field(default=16, ge=2)
-    leaf_samples: int = Field(default=60, ge=1)
-    tree_penalty: float = Field(default=2.0, ge=0)
-    round_trees: int | None = Field(default=None, ge=1, exclude_if=lambda trees: trees is None)
+    leaves: int = Field(default=16, ge=2, le=MANY)
+    leaf_samples: Count = 60
+    tree_penalty: Amount = 2.0
+    round_trees: Count | None = Field(default=None, exclude_if=lambda trees: trees is None)
     round_rate: float | None = Field(default=None, gt=0, le=1, exclude_if=lambda rate: rate is None)
     seed: int = Field(default=0, ge=0, lt=1 << 32)
 
@@ -447,7 +448,7 @@ class KnowledgeSettings(Frozen):
 
     state_key: Key = "full36"
     backoff: tuple[Key, ...] = Field(default_factory=lambda said: _coarser(said.get("state_key", KEYS[0])))
-    optimistic: float = 0.0
+    optimistic: float = Field(default=0.0, ge=-1e6, le=1e6)
     imitate: str | None = None
     own: Literal["nothing", "moves randomly", "chosen"] = "moves randomly"
     accumulate: bool = False
@@ -492,15 +493,15 @@ class AppraisalSettings(Frozen):
 
     codes: Literal["watched", "all"] = "watched"
     watched: bool = False
-    habits: float = Field(default=0.02, ge=0, exclude_if=lambda habits: habits == 0.02)
+    habits: Amount = Field(default=0.02, exclude_if=lambda habits: habits == 0.02)
     least_share: float = Field(default=0.03, ge=0, lt=1)
-    trees: int = Field(default=60, ge=1)
+    trees: Count = 60
     learning_rate: float = Field(default=0.08, gt=0, le=1)
-    leaves: int = Field(default=8, ge=2)
-    leaf_samples: int = Field(default=150, ge=1)
-    expected_trees: int = Field(default=120, ge=1)
-    expected_leaves: int = Field(default=16, ge=2)
-    tree_penalty: float = Field(default=20.0, ge=0)
+    leaves: int = Field(default=8, ge=2, le=MANY)
+    leaf_samples: Count = 150
+    expected_trees: Count = 120
+    expected_leaves: int = Field(default=16, ge=2, le=MANY)
+    tree_penalty: Amount = 20.0
     bins: int = Field(default=64, ge=2, le=255)
     seed: int = Field(default=0, ge=0, lt=1 << 32)
 
@@ -543,18 +544,18 @@ class PolicySettings(Frozen):
     learner: Literal["imitation", "sarsa", "sight"] = "imitation"
     appraisals: AppraisalSettings = AppraisalSettings()
     learn_from: Literal["chosen", "seen", "both"] = "both"
-    last_matches: int | None = Field(default=None, ge=1)
+    last_matches: Count | None = None
     parent: bool = True
     new_pairs: Literal["optimistic", "outcome"] = "optimistic"
     rule: Literal["sarsa", "influence"] = "sarsa"
-    influence: float = Field(default=0.1, ge=0)
+    influence: Amount = 0.1
     steps: Literal["constant", "average"] = "constant"
     step_size: float = Field(default=0.1, gt=0, le=1)
-    start_evidence: float = Field(default=0.0, ge=0)
+    start_evidence: Amount = 0.0
     discount: float = Field(default=0.95, gt=0, le=1)
     trace_decay: float = Field(default=0.9, ge=0, le=1)
     traces: Literal["replacing", "accumulating"] = "replacing"
-    sweeps: int = Field(default=5, ge=1)
+    sweeps: Count = 5
 
 
 class Settings(Frozen):
@@ -629,10 +630,10 @@ class ImportSettings(Frozen):
     """
 
     megabytes: int = Field(default=1024, ge=1, le=_LARGEST)
-    rows: int = Field(default=4_000_000, ge=1)
+    rows: int = Field(default=4_000_000, ge=1, le=1 << 30)
     line_kilobytes: int = Field(default=1024, ge=1, le=_LARGEST)
-    robots: int = Field(default=128, ge=1)
-    goals: int = Field(default=1000, ge=1)
+    robots: Count = 128
+    goals: Count = 1000
     isolate: bool | None = None
     seconds: float = Field(default=120.0, gt=0, le=86_400)
     memory_megabytes: int = Field(default=4096, ge=256, le=_LARGEST)
@@ -668,7 +669,7 @@ class HistorySettings(Frozen):
     """
 
     runs: int = Field(default=100, ge=0, le=10_000)
-    days: int = Field(default=28, ge=0)
+    days: int = Field(default=28, ge=0, le=36_500)
 
 
 class ScoutSettings(Frozen):

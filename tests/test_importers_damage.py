@@ -71,6 +71,8 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (parquet(PLAIN.with_columns(pl.lit("[now]").alias("t"))), r"has the time '\[now\]', no number"),
         (parquet(PLAIN.with_columns(pl.concat_list("x", "y").alias("team"))), "team is List.*, not names"),
         (b"frame,t,team,player,x,y\n0,0,a,1,left,0\n", "x has 'left', not numbers"),
+        (b"frame,t,team,player,x,y,score_home,score_away\n0,0,a,1,0,0,0.5,0\n",
+         "column score_home has 0.5, not whole numbers"),
         (b"frame,t,team,player,x,y\n0,0,a,1,0,0,0,0,0\n", "cannot be read as CSV"),
         (b"PAR1 but not really PAR1", "cannot be read as Parquet"),
         (parquet(PLAIN)[:-30], "cannot be read as Parquet"),

@@ -1,15 +1,22 @@
 """Settings: what a TOML file may say, and how its errors are reported."""
 
+from typing import get_args
+
 import pytest
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import ValidationError
 
+from pitchlore.pipeline.arena.match.recipe import MatchSettings
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.settings import RoundSettings, RunSettings, Settings, parse_settings
+from pitchlore.pipeline.stages.seasons.settings import SeasonSettings
 
 
 def test_defaults():
     """A setting that is not given has its default."""
     assert parse_settings(b"", where="s.toml") == RunSettings()
+    assert RunSettings.model_validate(RunSettings().model_dump()) == RunSettings(), "defaults keep to the bounds"
     said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
     assert said.policies.sweeps == 3
     assert said.policies.discount == Settings().policies.discount
@@ -23,6 +30,11 @@ def test_defaults():
     (b"[sides]\nxyz = 3", "sides.xyz: there is no such key, only watch, teams, kind, pools. Mend it; "),
     (b"[policies]\nsweeps = 0", "policies.sweeps: input should be greater than or equal to 1"),
     (b"[policies]\nstep_size = true", "policies.step_size: true does not fit"),
+    (b"[policies]\nsweeps = '3'", 'policies.sweeps: "3" does not fit'),
+    (b"[grams]\nwatched_s = '1'", 'grams.watched_s: "1" does not fit'),
+    (b"[situations]\nrandom_longest_s = 1e-308",
+     "situations.random_longest_s: input should be greater than or equal to 0.001"),
+    (b"[models]\nblock_s = 1e30", "models.block_s: input should be less than or equal to 86400"),
     (b"[policies]\nstep_size = nan", "policies.step_size: input should be a finite number"),
     (b"[[behaviours.rounds]]\nn = 5\nrows = 1\ncolumns = 1\nactivation = 0.1", "behaviours.rounds.0.n: "),
     (b"[policies\n", "is not TOML (Expected ']'"),
@@ -104,3 +116,22 @@ def test_numbers_that_a_library_breaks_on(given):
     """Seeds that a generator refuses, and windows that no memory holds, are refused before any work."""
     with pytest.raises(ValidationError):
         Settings.model_validate(given)
+
+
+@pytest.mark.parametrize("root", [RunSettings, SeasonSettings, MatchSettings])
+def test_numbers_are_bounded(root):
+    """Every number of a settings file has a least and a greatest value, so that no work by it is endless."""
+    def numbers(model, table=""):
+        for name, field in model.model_fields.items():
+            kinds = [field.annotation, *get_args(field.annotation)]
+            for kind in kinds:
+                if isinstance(kind, type) and issubclass(kind, Frozen):
+                    yield from numbers(kind, f"{table}{name}.")
+            if {int, float} & {getattr(kind, "__origin__", kind) for kind in kinds}:
+                inner = [each for kind in kinds for each in getattr(kind, "__metadata__", ())]
+                yield f"{table}{name}", [*field.metadata, *(bound for each in inner for bound in each.metadata)]
+
+    found = dict(numbers(root))
+    assert len(found) > 15
+    assert [name for name, bounds in found.items() if not (
+        any(isinstance(bound, Ge | Gt) for bound in bounds) and any(isinstance(bound, Le | Lt) for bound in bounds))] == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar, get_args
@@ -51,24 +52,32 @@ def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
     Raises:
         BadSettings: if a key or value does not fit; names the first.
     """
-    for path, value in _truths(values):  # pydantic would take true for 1
+    for path, value in _leaves(values):  # pydantic would take true and "1" for 1
         field = _table(model, path[:-1]).model_fields.get(path[-1])
-        if field is not None and bool not in (field.annotation, *get_args(field.annotation)):
-            raise BadSettings(f"{'.'.join(path)}: {str(value).lower()} does not fit", where=where,
-                              next_step=keys)
+        if field is not None and type(value) not in (kinds := _kinds(field.annotation)) and (
+                isinstance(value, bool) or {int, float} & kinds):
+            raise BadSettings(f"{'.'.join(path)}: {json.dumps(value, ensure_ascii=False)} does not fit",
+                              where=where, next_step=keys)
     try:
         return model.model_validate(values)
     except ValidationError as error:
         raise unfit(error, where, keys, model) from error
 
 
-def _truths(values: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], bool]]:
-    """The keys of tables with true or false for a value."""
+def _leaves(
+    values: dict[str, Any], above: tuple[str, ...] = (),
+) -> Iterator[tuple[tuple[str, ...], bool | str]]:
+    """The keys of tables with true, false or text for a value."""
     for key, value in values.items():
-        if isinstance(value, bool):
+        if isinstance(value, bool | str):
             yield (*above, key), value
         elif isinstance(value, dict):
-            yield from _truths(value, (*above, key))
+            yield from _leaves(value, (*above, key))
+
+
+def _kinds(annotation: Any) -> set[Any]:
+    """The types that an annotation has or unites, without their bounds."""
+    return {getattr(each, "__origin__", each) for each in (annotation, *get_args(annotation))}
 
 
 def unfit(

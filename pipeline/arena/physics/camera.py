@@ -12,6 +12,7 @@ import math
 import numpy as np
 from pydantic import Field
 
+from pitchlore.pipeline.base.bounds import Amount, Seconds
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.game.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import SCALES, Pitch
@@ -37,12 +38,12 @@ class CameraSettings(Frozen):
             and the delay is half as long. Ours.
     """
 
-    position_noise: float = Field(default=0.0, ge=0)
-    heading_noise: float = Field(default=0.0, ge=0)
+    position_noise: Amount = 0.0
+    heading_noise: Amount = 0.0
     latency_s: float = Field(default=0.0, ge=0, le=1)
     robot_unseen: float = Field(default=0.0, ge=0, lt=1)
     ball_unseen: float = Field(default=0.0, ge=0, lt=1)
-    smoothing_s: float = Field(default=0.05, gt=0)
+    smoothing_s: Seconds = 0.05
 
     @property
     def off(self) -> bool:

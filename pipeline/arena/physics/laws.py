@@ -16,6 +16,7 @@ from typing import NamedTuple, Self
 
 from pydantic import Field
 
+from pitchlore.pipeline.base.bounds import MANY, Count, Pause, Positive, Seconds
 from pitchlore.pipeline.base.errors import BadSettings
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.game.pitch import MARKINGS, PITCHES, SCALES, Kind, Pitch
@@ -67,12 +68,12 @@ class RefereeSettings(Frozen):
     """
 
     duration_s: float = Field(default=480.0, gt=0, le=86_400)
-    halves: int = Field(default=2, ge=1)
-    pause_s: float = Field(default=0.5, ge=0)
-    stuck_speed: float = Field(default=0.10, gt=0)
-    stuck_s: float = Field(default=5.0, gt=0)
-    crowd: int = Field(default=2, ge=2)
-    crowd_s: float = Field(default=3.0, gt=0)
+    halves: Count = 2
+    pause_s: Pause = 0.5
+    stuck_speed: Positive = 0.10
+    stuck_s: Seconds = 5.0
+    crowd: int = Field(default=2, ge=2, le=MANY)
+    crowd_s: Seconds = 3.0
     remember_crowds: bool = True
     penalty: bool = True
     penalty_share: float = Field(default=1.0, ge=0, le=1, exclude_if=lambda share: share == 1)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from pitchlore.pipeline.base.bounds import Amount, Count, Positive
 from pitchlore.pipeline.base.toml import Frozen
 
 #: Standard gravity, m/s².
@@ -58,19 +59,19 @@ class PhysicsSettings(Frozen):
             wood (TraveSim has 0.1 for the body).
     """
 
-    hz: float = Field(default=60.0, gt=0)
-    substeps: int = Field(default=2, ge=1)
-    iterations: int = Field(default=10, ge=1)
-    slop: float = Field(default=0.0005, ge=0)
+    hz: float = Field(default=60.0, ge=1, le=10_000)
+    substeps: Count = 2
+    iterations: Count = 10
+    slop: Amount = 0.0005
     stiffness: float = Field(default=0.3, gt=0, lt=1)
-    wheel_speed: float = Field(default=1.2, gt=0)
-    wheel_acceleration: float = Field(default=6.0, gt=0)
-    axle: float = Field(default=0.071, gt=0)
-    robot_mass: float = Field(default=0.18, gt=0)
-    ball_mass: float = Field(default=0.046, gt=0)
-    forward_grip: float = Field(default=0.8, gt=0)
-    sideways_grip: float = Field(default=1.0, gt=0)
-    rolling: float = Field(default=0.34, ge=0)
+    wheel_speed: Positive = 1.2
+    wheel_acceleration: Positive = 6.0
+    axle: Positive = 0.071
+    robot_mass: Positive = 0.18
+    ball_mass: Positive = 0.046
+    forward_grip: Positive = 0.8
+    sideways_grip: Positive = 1.0
+    rolling: Amount = 0.34
     wall_restitution: float = Field(default=0.5, ge=0, le=1)
     robot_restitution: float = Field(default=0.3, ge=0, le=1)
-    friction: float = Field(default=0.2, ge=0)
+    friction: Amount = 0.2

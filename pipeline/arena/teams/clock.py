@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from pydantic import Field
-
+from pitchlore.pipeline.base.bounds import Pause
 from pitchlore.pipeline.base.toml import Frozen
 
 
@@ -22,7 +21,7 @@ class ClockSettings(Frozen):
             behaviour out, and chooses among the behaviours that have others.
     """
 
-    least_s: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    least_s: Pause = 0.0
     interrupts: bool = False
     begin_ended: bool = True
 

@@ -15,6 +15,8 @@ from pitchlore.pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
 _WHOLE = ("frame", "score_home", "score_away")
+#: Greatest distance of a whole number that a program wrote as a real from one.
+_OFF = 1e-6
 TEXT = ("team", "player", "game_state", "period", "segment")
 
 #: Longest match, one day; a longer one is a wrong unit of time.
@@ -138,7 +140,12 @@ def _typed(column: pl.Series, name: str) -> pl.Series:
     real = _reals(column, name)
     if column.name not in _WHOLE:
         return real
-    return real.set(~real.is_finite().fill_null(False), None).round().cast(pl.Int64, strict=False)
+    known = real.set(~real.is_finite().fill_null(False), None)
+    broken = known.filter((known - known.round()).abs() > _OFF)
+    if not broken.is_empty():
+        raise BadRecording(
+            f"column {column.name} has {broken[0]:g}, not whole numbers", where=name, next_step=_MAP)
+    return known.round().cast(pl.Int64, strict=False)
 
 
 def _texts(column: pl.Series, name: str) -> pl.Series:

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from pitchlore.pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pitchlore.pipeline.arena.teams.clock import PAPER, ClockSettings
+from pitchlore.pipeline.base.bounds import MANY, Amount, Count, Seconds
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.base.text import did_you_mean
 from pitchlore.pipeline.base.toml import Frozen, fitted, overlaid, toml_tables
@@ -57,19 +58,19 @@ class SeasonSettings(MatchSettings):
     games: int = Field(default=35, ge=1, le=1_000_000)
     opponents: Annotated[tuple[str, ...], AfterValidator(none_twice)] = Field(
         default=("static",), min_length=1)
-    lead: int = Field(default=0, ge=0)
-    lead_from: int = Field(default=11, ge=1)
+    lead: int = Field(default=0, ge=0, le=MANY)
+    lead_from: Count = 11
     lead_against: tuple[str, ...] = ("static",)
     practice: int = Field(default=0, ge=0, lt=_SEEDS_A_GAME)
     explore: float = Field(default=0.1, ge=0, le=1)
     explore_last: float = Field(default=0.1, ge=0, le=1)
     explore_s: float = Field(default=0.0, ge=0, le=10, exclude_if=lambda explore_s: explore_s == 0)
-    posterior_std: float = Field(default=0.0, ge=0)
-    lcb_weight: float = Field(default=0.0, ge=0)
+    posterior_std: Amount = 0.0
+    lcb_weight: Amount = 0.0
     explore_counted: bool = True
-    min_visits: int = Field(default=0, ge=0)
+    min_visits: int = Field(default=0, ge=0, le=MANY)
     clock: ClockSettings = Field(default=PAPER, exclude_if=lambda clock: clock == PAPER)
-    clock_s: float = Field(default=0.5, gt=0)
+    clock_s: Seconds = 0.5
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)
     pipeline: Settings = Settings.model_validate(_LEARNS)
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import Field
-
+from pitchlore.pipeline.base.bounds import Count, Pause, Positive, Seconds
 from pitchlore.pipeline.base.toml import Frozen
 
 
@@ -25,13 +24,13 @@ class CommentarySettings(Frozen):
         most_frequent: number of situations listed for each role in the summary.
     """
 
-    pass_m: float = Field(default=1.0, gt=0)
-    spell_s: float = Field(default=3.0, gt=0)
-    spell_touches: int = Field(default=3, ge=1)
-    lead_s: float = Field(default=4.0, gt=0)
-    lead_steps: int = Field(default=4, ge=1)
-    chances_apart_s: float = Field(default=2.0, ge=0)
-    play_apart_s: float = Field(default=5.0, ge=0)
-    lull_s: float = Field(default=15.0, gt=0)
-    scramble_s: float = Field(default=2.0, gt=0)
-    most_frequent: int = Field(default=3, ge=1)
+    pass_m: Positive = 1.0
+    spell_s: Seconds = 3.0
+    spell_touches: Count = 3
+    lead_s: Seconds = 4.0
+    lead_steps: Count = 4
+    chances_apart_s: Pause = 2.0
+    play_apart_s: Pause = 5.0
+    lull_s: Seconds = 15.0
+    scramble_s: Seconds = 2.0
+    most_frequent: Count = 3
