@@ -30,7 +30,7 @@ _REMEDIES = {
 REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
 #: Inode, size and time of change [ns] of a file: another stamp, another file.
 Stamp = tuple[int, int, int]
-#: Models that were read, by path, each with the stamp of its file; and their greatest number, some 100 MB.
+#: Models that were read, by path, each with the stamp of its file; and their greatest number, some 200 MB.
 _known: dict[str, tuple[Stamp, BaseModel]] = {}
 _MOST = 1 << 15
 #: A younger file is always read.

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 from pitchlore.pipeline.base.digests import digest
@@ -18,6 +19,8 @@ from pitchlore.pipeline.store.paths import listed
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.sealed import REMEDY, parsed, read_anew
 
+#: Files that are checked together.
+_AT_ONCE = 1024
 #: Greatest size of a file that is restored, MiB: that of any.
 _WHOLE_MB = 1 << 20
 
@@ -72,13 +75,15 @@ def verify(store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int
     found = Verification()
     read_anew()
     store.catch_up()
-    vouched = [(receipt, role) for receipt in _read(store, nouns, versions, found) for role in receipt.files]
+    vouched = ((receipt, role) for receipt in _read(store, nouns, versions, found) for role in receipt.files)
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # hashing releases the GIL
-        for damage, size in pool.map(lambda each: _check(store, *each), vouched):
-            found.files += 1
-            found.size += size
-            if damage is not None:
-                found.damages.append(damage)
+        while some := list(islice(vouched, _AT_ONCE)):
+            read_anew()  # receipts that are kept would fill the memory
+            for damage, size in pool.map(lambda each: _check(store, *each), some):
+                found.files += 1
+                found.size += size
+                if damage is not None:
+                    found.damages.append(damage)
     return found
 
 
