@@ -203,3 +203,9 @@ def test_goal_after_stop():
     found = episodes(tracks(s0=(0, 2), s1=(3, 9)), referee((2.2, "stop", None), (2.5, "goal", "away"),
                                                           (9.5, "end", None)))
     assert found.rows() == [(0, 2 * S, 5 * S // 2, "goal", "away"), (1, 9 * S, 19 * S // 2, "end", None)]
+
+
+def test_no_scorer_of_a_fault():
+    """A fault names the team that brings the ball back into play; nobody has scored."""
+    found = episodes(tracks(s0=(0, 2), s1=(3, 9)), referee((3, "fault", "home"), (9.5, "end", None)))
+    assert found.rows() == [(0, 2 * S, 3 * S, "fault", None), (1, 9 * S, 19 * S // 2, "end", None)]

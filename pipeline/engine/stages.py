@@ -293,7 +293,7 @@ STAGES = Chain(
     Stage("options", Per.MATCH, ("matches", "trajectories"), (Options, Clues), 1, _options),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 3, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
-          (Possession, Passes, Shots, Pressure, Restarts), 6, _events),
+          (Possession, Passes, Shots, Pressure, Restarts), 7, _events),
     Stage("analysis", Per.MATCH, ("matches", "trajectories", "events"),
           (PassAttempts, Efforts, Phases, Pressing, Space), 1, _analysis, told=True),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),

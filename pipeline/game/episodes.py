@@ -19,8 +19,8 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
 
     Returns:
         Columns episode (int32), last_ns (int64: the segment's last sample), over_ns (int64: the event's
-        time, or ``last_ns`` without an event), outcome (the event or null) and scorer ('home', 'away' or
-        null), sorted by episode.
+        time, or ``last_ns`` without an event), outcome (the event or null) and scorer ('home' or 'away' of a
+        goal, else null), sorted by episode.
     """
     segments, starts, stops = _spans(trajectories)
     events = referee.filter(pl.col("event").is_in(FINAL)).select("t_ns", "event", "team").rows()
@@ -29,10 +29,10 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
     for episode, start, stop, until in zip(segments, starts, stops, following, strict=True):
         within = [event for event in events if start < event[0] <= until]
         goals = [event for event in within if event[1] == "goal"]
-        over_ns, outcome, scorer = next(iter([*goals, *within]), (stop, None, None))
-        if outcome == "goal" and scorer is None:
+        over_ns, outcome, team = next(iter([*goals, *within]), (stop, None, None))
+        if outcome == "goal" and team is None:
             over_ns, outcome = stop, None
-        rows.append((episode, stop, over_ns, outcome, scorer))
+        rows.append((episode, stop, over_ns, outcome, team if outcome == "goal" else None))
     return pl.DataFrame(
         rows,
         schema={"episode": pl.Int32, "last_ns": pl.Int64, "over_ns": pl.Int64, "outcome": pl.String,
