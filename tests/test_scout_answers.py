@@ -222,7 +222,7 @@ def test_change_within_chance():
     assert not change_of_count(50, 100, (60.0, 120.0)).beyond, "the second half is twice as long"
     assert change_of_count(50, 50, (60.0, 120.0)).beyond
     assert (great.low, great.high) == (-14, 14), "binomial of 50 at one half: 18 to 32 lie within 95 %"
-    assert reported_changes([("passes", small)]) == "No change of the 1 counts is larger than chance gives."
+    assert reported_changes([("passes", small)]) == "No count changed by more than chance gives."
     assert "passes 10 to 40 (+30; chance gives -14 to +14)" in reported_changes([("passes", great), ("shots", small)])
 
 

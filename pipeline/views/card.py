@@ -260,7 +260,7 @@ def often(each_match: float) -> str:
     """How often something happens, in words."""
     if each_match >= 1.5:
         return f"{each_match:.0f} times a match"
-    return f"{10 * each_match:.0f} times in ten matches"
+    return f"{each_match:.2g} times a match"
 
 
 def _changed(counts: pl.DataFrame) -> list[str]:

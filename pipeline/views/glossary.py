@@ -76,8 +76,8 @@ TERMS = (
          "Seen too seldom to say: fewer than five times, or the 95 % interval has no change in it.",
          "(?<=: )too few|^may be chance$"),
     Term("too-few-matches", "Too few matches",
-         "Fewer than four matches. A difference is told from chance from four matches a side on: "
-         "six can be dealt out as three and three in 20 ways only, so that no test goes below one in ten.",
+         "Fewer than four matches on a side. With three matches on each side even the largest difference "
+         "comes by chance one time in ten.",
          "too few matches"),
     Term("varies", "Varies too much",
          "From match to match it differs so much that the 95 % interval of its mean reaches from 0 to twice "

@@ -287,7 +287,7 @@ function painter(match, state) {
     const step = [1, 2, 5, 10, 30, 60, 120, 300, 600].find((s) => (s * 1000 * wide) / state.span > 70) ?? 1200;
     c.font = mono(10.5); c.textAlign = "center"; c.textBaseline = "middle"; c.lineWidth = 1; c.strokeStyle = colours.line;
     for (let t = Math.ceil(from / 1000 / step) * step * 1000; t <= to; t += step * 1000) {
-      c.fillStyle = colours.muted; c.fillText(clock(t), px(t), 10);
+      c.fillStyle = colours.muted; c.fillText(clock(t), clamp(px(t), GUTTER + 18, GUTTER + wide - 18), 10);
       c.beginPath(); c.moveTo(px(t), AXIS - 3); c.lineTo(px(t), h); c.stroke();
     }
     robots.forEach((robot, n) => drawRow(c, robot, rowTop(n), px, from, to));

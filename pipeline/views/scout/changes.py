@@ -78,7 +78,7 @@ def reported_changes(changes: Sequence[tuple[str, Change | None]]) -> str:
         return "No count is known in both halves."
     beyond = sorted((each for each in tested if each[1].beyond), key=lambda each: -abs(each[1].size))
     if not beyond:
-        return f"No change of the {len(tested)} counts is larger than chance gives."
+        return "No count changed by more than chance gives."
     named = "; ".join(
         f"{name} {it.first} to {it.second} ({it.value:+}; chance gives {it.low:+} to {it.high:+})"
         for name, it in beyond[:TOLD])

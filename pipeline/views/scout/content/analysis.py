@@ -50,8 +50,13 @@ def analysed(
         "running": [row | {"role": roles.get(row["robot"], "")} for row in running.to_dicts()]}
 
 
-#: Times that discs which cover each other are moved apart.
+_Place = tuple[float, float]
+#: Times that discs which are too near each other are moved apart.
 _PUSHES = 20
+#: Least distance of two discs' middles, in sums of their radii.
+_ROOM = 2.2
+#: Distance of an arrow from the line between the middles, hundredths of the pitch's length.
+_ASIDE = 0.7
 #: What is told: label, name in the numbers, unit.
 _ROWS = (
     ("passes tried", "tried", "0"), ("of these arrive", "arrive", "share"),
@@ -135,8 +140,8 @@ def _numbers(sides: Sequence[tuple[LeagueMatch, str]], *, own: bool) -> dict[str
 def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
     """The network of passes that arrive: robots at their mean places, an arrow for each pair that passes.
 
-    Robots that would cover each other are moved apart. Bold arrows are of pairs that pass at least half as
-    often as the pair that passes most.
+    Robots are moved apart as far as an arrow between them needs. Bold arrows are of pairs that pass at least
+    half as often as the pair that passes most.
 
     Args:
         tried: rows of schema PassAttempts of a team.
@@ -154,8 +159,8 @@ def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
     places = _apart(places, {robot: size * pitch.length / 100 for robot, size in sizes.items()})
     marks = []
     for one, other, n in pairs:
-        end = _short_of(places[one][:2], places[other][:2], sizes[other] * pitch.length / 100)
-        marks.append(Mark(*places[one][:2], f"mark {style}{' mean' if 2 * n >= most else ''}",
+        start, end = _beside(places[one][:2], places[other][:2], pitch.length / 100, sizes[other])
+        marks.append(Mark(*start, f"mark {style}{' mean' if 2 * n >= most else ''}",
                           f"{one} to {other}: {n}", to=end, size=1.8))
     marks += [Mark(x, y, f"mark {style} hit", f"robot {robot}: {n} passes given or received",
                    letter=str(robot), size=sizes[robot]) for robot, (x, y, n) in places.items()]
@@ -165,23 +170,31 @@ def network(tried: pl.DataFrame, pitch: Pitch, style: str) -> Markup:
 def _apart(
     places: Mapping[int, tuple[float, float, int]], sizes: Mapping[int, float]
 ) -> dict[int, tuple[float, float, int]]:
-    """Places of robots, moved until no disc covers another; ``sizes`` are the discs' radii, m."""
+    """Places of robots, moved until an arrow fits between any two; ``sizes`` are their discs' radii, m."""
     at = {robot: np.array(place[:2]) for robot, place in places.items()}
     for _ in range(_PUSHES):
         for one, other in combinations(sorted(at), 2):
             way = at[other] - at[one]
-            far, least = float(np.hypot(*way)), sizes[one] + sizes[other]
+            far, least = float(np.hypot(*way)), _ROOM * (sizes[one] + sizes[other])
             if far < least:
                 push = (way / far if far else np.array([0.0, 1.0])) * (least - far) / 2
                 at[one], at[other] = at[one] - push, at[other] + push
     return {robot: (float(x), float(y), places[robot][2]) for robot, (x, y) in at.items()}
 
 
-def _short_of(start: tuple[float, float], end: tuple[float, float], left: float) -> tuple[float, float]:
-    """A place on the way from start to end, by ``left`` metres short of the end."""
-    way = np.subtract(end, start)
-    share = max(1 - left / max(float(np.hypot(*way)), 1e-9), 0.0)
-    return float(start[0] + share * way[0]), float(start[1] + share * way[1])
+def _beside(start: _Place, end: _Place, percent: float, size: float) -> tuple[_Place, _Place]:
+    """An arrow between the middles of two robots, somewhat to its right, so that the one back is seen, too.
+
+    Args:
+        start: the middle of the robot that passes, metres.
+        end: that of the robot that it passes to.
+        percent: a hundredth of the pitch's length, metres.
+        size: radius of the disc that the arrow ends at, in such hundredths.
+    """
+    x, y = np.subtract(end, start) / max(float(np.hypot(*np.subtract(end, start))), 1e-9)
+    aside = np.array([y, -x]) * _ASIDE * percent
+    first, last = start + aside, end + aside - np.array([x, y]) * size * percent
+    return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
 
 
 def space_over_time(match: LeagueMatch) -> list[float | None]:

@@ -148,5 +148,5 @@ def scores_by(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> tupl
     says += f" Most often the maker was {first.says}: {first.n}."
     if found.run is not None:
         says += (f" The scorer's commonest last situations: {said(found.run.codes)}"
-                 f" ({found.run.n} of {number_of(found.run.of, 'goal')}).")
+                 f" ({found.run.n} of the {number_of(found.run.of, 'goal')} before which they are known).")
     return says, found.run.clips if found.run is not None else found.whole.clips

@@ -24,7 +24,7 @@ WORDS = {
     "unmatched map": ("words of the map match nothing", ""),
     "poor recognition": ("few situations recognised", ""),
     "home inferred": ("nothing tells which team is home", ""),
-    "assumed": ("assumed of the table", ""),
+    "assumed": ("some of its meaning was assumed: the table quality says what", ""),
     "several matches": ("one of several matches of a recording", ""),
     "colours switched": ("teams changed colours", "times"),
     "score corrected": ("score corrected by people", "times"),

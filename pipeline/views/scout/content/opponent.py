@@ -200,8 +200,8 @@ def _keeper(
         "goalkeeper", (line_samples(match, side, lines) for match, side in played))[:2]]
     return _said(
         "Its keeper",
-        f"In goal is {enumerated(robots)}. Half of the time it is more than {out:.2f} m before its goal line,"
-        f" and half of the time more than {aside:.2f} m beside the goal's middle. {saves(faced)}",
+        f"In goal is {enumerated(robots)}. Its median distance from its goal line is {out:.2f} m,"
+        f" and from the goal's middle, sideways, {aside:.2f} m. {saves(faced)}",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
          for row in _spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
 
@@ -238,7 +238,7 @@ def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
         f"{it.kind} {it.shot.hits} of {it.shot.n}{_within(it.shot)}" for it in paid(given))
     return _said(
         "Its restarts",
-        f"Of {number_of(given.height, 'restart')} that the recordings give it, {led.height} led to a shot"
+        f"Of {number_of(given.height, 'restart')} that it took, {led.height} led to a shot"
         f" within {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
         [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9),
                     restart_word(row["note"] or row["kind"]), before_s=0, after_s=0)

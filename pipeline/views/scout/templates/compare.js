@@ -392,8 +392,9 @@ function behaviours(asked) {
   let lists = [[], []];
   const update = () => {
     const teams = sides.map((select, side) => lists[side][Number(select.value)]);
-    found.replaceChildren(...(teams.every(Boolean) ? twoLists(teams, versions.map((it) => it.value), show.value)
-      : [paragraph("A team that is chosen above has no behaviours of its own in this version. Choose another here.")]));
+    const why = !teams.every(Boolean) ? "This version of the knowledge has no behaviours of a team alone."
+      : teams[0] === teams[1] ? "Both are the same team in the same version." : "";
+    found.replaceChildren(...(why ? [paragraph(why)] : twoLists(teams, versions.map((it) => it.value), show.value)));
   };
   const load = async (teams = sides.map((select) => select.selectedOptions[0]?.textContent)) => {
     try {
@@ -422,19 +423,23 @@ function behaviours(asked) {
   });
   if (asked) section.scrollIntoView();
   return (slugs) => loaded.then(() => {
-    slugs.forEach((slug, side) => {
+    const lacking = slugs.flatMap((slug, side) => {
       const { name, kind } = league.teams.find((team) => team.slug === slug);
-      sides[side].selectedIndex = lists[side].findIndex((team) => team.name === name && team.kind === kind);
+      const at = lists[side].findIndex((team) => team.name === name && team.kind === kind);
+      if (at >= 0) sides[side].selectedIndex = at;
+      return at >= 0 ? [] : [name];
     });
     update();
+    if (lacking.length) found.prepend(paragraph(`This version of the knowledge has no behaviours of ${lacking.join(" and ")}: it was made of other teams.`));
   });
 }
 
 addEventListener("DOMContentLoaded", () => {
   const [name, rest] = location.hash.slice(1).split("=");
   const asked = (own) => (name === own && rest ? rest.split(",").map(decodeURIComponent) : undefined);
+  const newest = [...league.matches].reverse();
   pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches,
-    firstPair(league.matches, (one, other) => teamsOf(one) === teamsOf(other))?.[0].id, (id) => partner(league.matches, (it) => it.id === id,
+    firstPair(newest, (one, other) => teamsOf(one) === teamsOf(other))?.[1].id, (id) => partner(newest, (it) => it.id === id,
       (one, other) => teamsOf(one) === teamsOf(other))?.id);
   const sets = league.sets.map(({ says, team, matches }, place) => ({ says, team, matches, place: String(place) }));
   const other = (place) => { // of the same team, and without a match in common if there is one
