@@ -333,7 +333,7 @@ function start(match, known) {
     document.documentElement.classList.toggle("turned", ours === "away");
     readColours();
     const other = { home: "away", away: "home" }[ours];
-    $("colours").textContent = `Blue is ${teams[ours]} (${ours}) and orange is ${teams[other]} (${other}), which the colour-blind tell apart. ` + (match.worn
+    $("colours").textContent = `Blue is ${teams[ours]} (${ours} in tables and addresses), orange is ${teams[other]} (${other}). ` + (match.worn
       ? `The edge of a robot is its team's own colour: ${match.worn.home} or ${match.worn.away}.`
       : "The recording does not say which colours the teams wear.");
   }
