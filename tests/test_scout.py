@@ -267,9 +267,9 @@ def test_a_missed_chance_is_no_swing_of_others():
 
     for kind in ("save", "shot"):
         assert told(falls, kind, "home") == ("A: a chance ends", "home")
-        assert told(rises, kind, "home") == ("towards A", "home")
-        assert told(falls, kind, "away") == ("towards B", "away")
-    assert told(falls, "goal", "away") == told(falls, "restart", "home") == ("towards B", "away")
+        assert told(rises, kind, "home") == ("to A", "home")
+        assert told(falls, kind, "away") == ("to B", "away")
+    assert told(falls, "goal", "away") == told(falls, "restart", "home") == ("to B", "away")
 
 
 @pytest.mark.slow

@@ -206,7 +206,7 @@ def _swing(
     says = " ".join(line["says"] for line in told) or words[:1].upper() + words[1:]
     shot = next((line["actor"] for line in told if line["kind"] in ("save", "shot")), swing.side)
     missed = shot if event.get("kind") != "goal" and shot != swing.side else None
-    way = f"{names[missed]}: a chance ends" if missed else f"towards {names[swing.side]}"
+    way = f"{names[missed]}: a chance ends" if missed else f"to {names[swing.side]}"
     return swing._asdict() | {
         "side": missed or swing.side, "way": way, "says": says,
         "at": before(min(start_s, event["seconds"])), "seconds": event["seconds"]}
