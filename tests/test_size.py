@@ -96,6 +96,8 @@ That a catalogue to which another program has written, or which it holds, change
 version is said, took 36.
 That restarts of tables without states are found from the ball took 217: before, play went on through penalties.
 That a disk may not touch the times of folders took 5.
+
+That numbers of settings have bounds, and text is no number, took 25; a score that is no whole number 5.
 """
 
 from conftest import ROOT
