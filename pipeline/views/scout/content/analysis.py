@@ -187,7 +187,7 @@ def _beside(start: _Place, end: _Place, percent: float, size: float) -> tuple[_P
 
     Args:
         start: the middle of the robot that passes, metres.
-        end: that of the robot that it passes to.
+        end: middle of the robot that receives, metres.
         percent: a hundredth of the pitch's length, metres.
         size: radius of the disc that the arrow ends at, in such hundredths.
     """
