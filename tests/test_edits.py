@@ -55,7 +55,7 @@ def files(data: Path) -> dict[str, bytes]:
     """Everything in a data folder but locks and caches, receipts without what wrote them."""
     found = {}
     for path in sorted(data.rglob("*")):
-        if path.is_file() and path.name not in (".lock", ".done.json", ".looked.json", ".recordings.json", "catalog.duckdb"):
+        if path.is_file() and path.name not in (".lock", ".done.json", ".idle.json", ".looked.json", ".recordings.json", "catalog.duckdb"):
             content = path.read_bytes()
             if path.suffix == ".json":
                 content = json.dumps(json.loads(content) | {"software": None, "checksum": None}).encode()

@@ -44,7 +44,7 @@ def products(data: Path) -> dict[str, bytes]:
     return {
         str(p.relative_to(data)): p.read_bytes()
         for p in sorted(data.rglob("*"))
-        if p.is_file() and "inbox" not in p.parts and p.suffix not in (".duckdb", ".claim") and p.name not in (".done.json", ".looked.json", ".recordings.json")
+        if p.is_file() and "inbox" not in p.parts and p.suffix not in (".duckdb", ".claim") and p.name not in (".done.json", ".idle.json", ".looked.json", ".recordings.json")
         and p.parent.name != "runs"
     }
 

@@ -2,12 +2,13 @@
 
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from support.idle import nothing_new
 
-from pitchlore.pipeline.engine import freshness
+from pitchlore.pipeline.engine import freshness, run
 from pitchlore.pipeline.engine.catalog import distrust
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import GramSettings, Settings
@@ -115,3 +116,47 @@ def test_forgotten(data, looked_at, spoil):
     spoil(Store(data))
     assert nothing_new(Store(data), Settings()) is not None
     assert {name for _, name in looked_at} == set(matches(data))
+
+
+@pytest.fixture
+def asked(data, monkeypatch) -> Callable[..., bool]:
+    """Runs the stages; True if the run asked outputs whether they are done."""
+    calls = list[bool]()
+    whole = run.bring_up_to_date
+    monkeypatch.setattr(run, "bring_up_to_date", lambda *args, **others: (calls.append(True), whole(*args, **others)))
+
+    def asks(settings=Settings(), **others) -> bool:
+        before = len(calls)
+        found = run.run(data, [], settings, **others)
+        assert (found.made, found.failures, found.knowledge, found.policy) == (0, {}, 1, 1)
+        assert {stage.noun: stage.kept for stage in found.stages}["goals"] == len(matches(data))
+        assert found.notes == first.notes
+        return len(calls) > before
+
+    first = run.run(data, [])
+    return asks
+
+
+def test_idle(data, asked):
+    """A run with nothing new after a run with nothing new asks no output; it reports the same."""
+    asked()
+    assert not asked()
+    os.utime(receipt_at(data, "goals", matches(data)[0]))
+    assert asked(), "a receipt was touched"
+    asked()
+    assert not asked()
+    freshness.forget_freshness(Store(data))
+    assert asked()
+
+
+def test_no_longer_idle(data, asked):
+    """Other settings, a file that is lost, and a folder that is doubted are looked at in full."""
+    asked()
+    assert not asked()
+    assert asked(train=False)
+    found = run.run(data, [], OTHER)
+    assert found.made
+    lost = next((data / "goals").glob("*.parquet"))
+    lost.unlink()
+    run.run(data, [], OTHER)
+    assert lost.exists()

@@ -64,6 +64,16 @@ def check_files(store: Store) -> list[Vouched]:
         return look_over(store, known or {}, records).damaged
 
 
+def is_as_listed(store: Store) -> bool:
+    """True if the catalogue has every file as it is, each whole; the store suspects none from then on."""
+    with store.keeping():
+        known = catalog.listing(catalog_path(store))
+        if known is None or not stands(known, records_of(store)):
+            return False
+    store.suspect = frozenset()
+    return True
+
+
 def refresh_into(store: Store, report: StageReport) -> None:
     """Bring the catalogue up to date (:func:`renew`). If that fails, it is one more failure of a report."""
     try:

@@ -1,5 +1,7 @@
 """Remember what a run has found done: a match whose receipts are as they were is not looked at again.
 
+A run that has found nothing to do remembers that, too: while no file changes, the next one asks no output.
+
 To know that an output is done takes its receipt, those of its inputs, and a key over them: a millisecond a
 match. The cache takes the stamps of the receipts, 0.1 ms a match. Without it, all is looked at.
 """
@@ -11,11 +13,12 @@ from pathlib import Path
 
 from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.toml import Frozen
+from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.sealed import read_cache, sealed
+from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_if_there
 
 
 class Done(Frozen):
@@ -68,13 +71,86 @@ class FreshnessCache:
         self._store.keep(_path(self._store), sealed(Done(stamps={**others, self._basis: self._found})))
 
 
+class Idle(Frozen):
+    """A run that found nothing to do.
+
+    Attributes:
+        basis: digest of all that this depends on.
+        kept: number of outputs of each stage.
+        notes: lacks and mixtures of the knowledge, a line each.
+        knowledge, policy: the newest versions, None if there is none.
+    """
+
+    basis: str
+    kept: Mapping[str, int]
+    notes: tuple[str, ...]
+    knowledge: int | None
+    policy: int | None
+
+
+class Standing:
+    """A data folder that is as its catalogue has it (:func:`pipeline.engine.catalog.is_as_listed`).
+
+    The catalogue lists every receipt and file. So what a run found with the same catalogue, stages and
+    settings is so again. Nothing is remembered of a bucket, for another machine may write to it.
+    """
+
+    def __init__(self, store: Store, basis: str) -> None:
+        self._store, self._basis = store, basis
+
+    @classmethod
+    def of(cls, store: Store, settings: Settings, *, train: bool) -> Standing | None:
+        """The standing of a folder for a run; None in a bucket.
+
+        Args:
+            store: the data folder.
+            settings: settings of all stages.
+            train: whether the run makes a policy.
+        """
+        seen = stamp_if_there(f"{store.root}/catalog.duckdb")
+        if store.mirror is not None or seen is None:
+            return None
+        nouns = [noun for noun in (*STAGES.of_matches, *STAGES.versioned) if noun != "matches"]
+        ways = [_way_of(STAGES[noun], settings) for noun in nouns]
+        return cls(store, digest(canonical([seen, train, ways])))
+
+    def tell(self, report: RunReport) -> bool:
+        """Report what the run before found, if it found nothing to do. Returns whether it did."""
+        idle = read_cache(_idle_path(self._store), Idle)
+        if idle is None or idle.basis != self._basis:
+            return False
+        for noun, kept in idle.kept.items():
+            report.stage(noun).kept += kept
+        report.notes += idle.notes
+        report.knowledge, report.policy = idle.knowledge, idle.policy
+        return True
+
+    def keep(self, report: RunReport) -> None:
+        """Remember a report of a run that made nothing."""
+        kept = {stage.noun: stage.kept for stage in report.stages if stage.noun != "matches"}
+        self._store.keep(_idle_path(self._store), sealed(Idle(
+            basis=self._basis, kept=kept, notes=tuple(report.notes), knowledge=report.knowledge,
+            policy=report.policy)))
+
+
 def forget_freshness(store: Store) -> None:
     """Forget what is done: the next run looks at everything."""
     store.drop(_path(store))
+    store.drop(_idle_path(store))
 
 
 def _path(store: Store) -> Path:
     return store.root / ".done.json"
+
+
+def _idle_path(store: Store) -> Path:
+    return store.root / ".idle.json"
+
+
+def _way_of(stage: Stage, settings: Settings) -> list[object]:
+    """What the outputs of a stage depend on besides what they are made from."""
+    return [stage.noun, stage.settings(settings).model_dump(mode="json"), stage.version,
+            [schema.tag() for schema in stage.schemas]]
 
 
 def _stamps(store: Store, stage_group: Sequence[Stage]) -> dict[str, str]:
@@ -97,9 +173,7 @@ def _basis(store: Store, stage_group: Sequence[Stage], settings: Settings, scope
     """
     if stage_group[0].per is not Per.MATCH:
         return None
-    parts: list[object] = [
-        [stage.noun, stage.settings(settings).model_dump(mode="json"), stage.version,
-         [schema.tag() for schema in stage.schemas]] for stage in stage_group]
+    parts: list[object] = [_way_of(stage, settings) for stage in stage_group]
     for noun in sorted(_inputs(stage_group, Per.GROUP)):
         receipt = store.readable(noun, scope.name)
         if receipt is None:

@@ -63,13 +63,13 @@ def import_all(
         arrivals.note(work[label].files(), *taken)
         taken_in.add(taken.sha256)
 
-    before = _keys(store)
+    before = _keys(store) if work else {}
     report = run_pieces(make_match, "matches", {
         label: {"data": root, "recording": recording.at(path), "limits": limits}
         for label, recording in work.items()
     }, task="import", ended=ended)
     arrivals.keep()
-    after = _keys(store)
+    after = _keys(store) if work else {}
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
     made = [need(store, "matches", name) for name in report.made]

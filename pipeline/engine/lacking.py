@@ -58,14 +58,14 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     There is nothing if no behaviour was selected, no player logged a decision, and no option was recovered of
     a match that counts, from which habits could be learned.
     """
+    selected, decided = (store.receipt(noun, scope.name) for noun in ("behaviours", "decisions"))
+    if selected is None or decided is None or decided.details.get("decisions", 0) or any(
+            report["groups_kept"] for report in selected.details["reports"]):
+        return []
     sides = _of(store, "sides", scope)
     count = {receipt.name for receipt in sides if any(receipt.details["counts_as"])}
     options = (store.receipt("options", match) for match in scope.matches if match in count)
     if any(held and held.details["options"] for held in options):
-        return []
-    selected, decided = (store.receipt(noun, scope.name) for noun in ("behaviours", "decisions"))
-    if selected is None or decided is None or decided.details.get("decisions", 0) or any(
-            report["groups_kept"] for report in selected.details["reports"]):
         return []
     every = _of(store, "matches", scope)
     matches = [receipt for receipt in every if receipt.name in count]

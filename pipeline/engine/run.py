@@ -18,6 +18,7 @@ from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine import knowledge, policies
 from pitchlore.pipeline.engine.catalog import check_files, refresh_after, refresh_into
 from pitchlore.pipeline.engine.costs import Cost, Spent, spending
+from pitchlore.pipeline.engine.freshness import Standing
 from pitchlore.pipeline.engine.history import LOG, noted
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.lacking import lacking
@@ -96,9 +97,14 @@ def run(
             with report.leg("import"):
                 report.stages.append(import_all(store, recordings, limits))
             with report.leg("look for damage"):
-                look_for_damage(store, report)
-            bring_up_to_date(
-                store, settings, report, partial(perform, store), partial(emit_next, store), train=train)
+                listed = look_for_damage(store, report)
+            standing = Standing.of(store, settings, train=train) if listed else None
+            if standing is None or not standing.tell(report):
+                failed = len(report.failures)
+                bring_up_to_date(
+                    store, settings, report, partial(perform, store), partial(emit_next, store), train=train)
+                if standing is not None and not report.made and len(report.failures) == failed:
+                    standing.keep(report)
             with report.leg("catalogue"):
                 refresh_after(store, report)
             if finish is not None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
-from pitchlore.pipeline.engine.catalog import check_files
+from pitchlore.pipeline.engine.catalog import check_files, is_as_listed
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.freshness import FreshnessCache
 from pitchlore.pipeline.engine.lacking import lacking, leagues
@@ -96,12 +96,17 @@ def standing_version(store: Store, stage: Stage, settings: Settings, scope: Scop
     return plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
 
 
-def look_for_damage(store: Store, report: RunReport) -> None:
+def look_for_damage(store: Store, report: RunReport) -> bool:
     """Mend matches from their logs, and report the damage that no stage can mend.
 
     A match whose receipt is damaged goes into quarantine, unless its log tells all that the receipt did. The
     store suspects damaged outputs from now on, so that they are made again.
+
+    Returns:
+        Whether the folder is as the last look left it: its catalogue has every file as it is.
     """
+    if is_as_listed(store):
+        return True
     for record in store.quarantined():
         if record.noun == "matches" and record.error == CorruptFile.__name__ and store.readable(
                 "matches", record.name) is not None:  # it was restored
@@ -123,6 +128,7 @@ def look_for_damage(store: Store, report: RunReport) -> None:
             report.stage(noun).failed[f"version {file.receipt.version}"] = str(file.error)
         elif noun == "matches":
             report.stage(noun).failed[name] = str(file.error)
+    return False
 
 
 def bring(

@@ -219,8 +219,9 @@ def listing(path: Path, *, open_only: bool = False) -> Listing | None:
     if {tag for (tag,) in tags} != {schema.tag() for schema in PUBLIC.values()}:
         return None
     root = str(path.parent.resolve())
-    return {os.path.join(root, file): Listed(table, None if size is None else (size, changed), part)  # noqa: PTH118 (see glance)
-            for file, table, size, changed, part in rows}  # earlier versions wrote absolute paths
+    return {file if file[:1] == "/" else f"{root}/{file}":  # earlier versions wrote absolute paths
+            Listed(table, None if size is None else (size, changed), part)
+            for file, table, size, changed, part in rows}
 
 
 def connected(path: Path) -> duckdb.DuckDBPyConnection:

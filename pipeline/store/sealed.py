@@ -70,8 +70,8 @@ def read_model(path: str, model: type[M]) -> M | None:
     except OSError as error:
         if isinstance(error, FileNotFoundError) and not os.path.islink(path):  # noqa: PTH114 (as in stamp_of)
             return None
-        raise not_readable(path, error, _remedy(Path(path), model)) from error
-    read = parsed(data, Path(path), model)
+        raise not_readable(path, error, _remedy(path, model)) from error
+    read = parsed(data, path, model)
     if settled(stamp, now_ns) and (len(_known) < _MOST or path in _known):
         _known[path] = stamp, read
     return read
@@ -120,7 +120,7 @@ def read_anew() -> None:
     _known.clear()
 
 
-def parsed(data: bytes, path: Path, model: type[M]) -> M:
+def parsed(data: bytes, path: str | Path, model: type[M]) -> M:
     """A model from the bytes of its JSON file (see :func:`read_model`).
 
     Args:
@@ -144,8 +144,8 @@ def parsed(data: bytes, path: Path, model: type[M]) -> M:
                           next_step=_remedy(path, model)) from error
 
 
-def _remedy(path: Path, model: type[BaseModel]) -> str:
-    return REMEDY_OF_VERSION if model is Manifest else remedy_of(path.parent.name)
+def _remedy(path: str | Path, model: type[BaseModel]) -> str:
+    return REMEDY_OF_VERSION if model is Manifest else remedy_of(Path(path).parent.name)
 
 
 def remedy_of(noun: str) -> str:
