@@ -148,7 +148,7 @@ def _idle_path(store: Store) -> Path:
 
 
 def _way_of(stage: Stage, settings: Settings) -> list[object]:
-    """What the outputs of a stage depend on besides what they are made from."""
+    """The stage, its settings, its version and the tags of its tables: what its outputs depend on, but inputs."""
     return [stage.noun, stage.settings(settings).model_dump(mode="json"), stage.version,
             [schema.tag() for schema in stage.schemas]]
 
