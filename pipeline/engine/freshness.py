@@ -148,7 +148,7 @@ def _idle_path(store: Store) -> Path:
 
 
 def _way_of(stage: Stage, settings: Settings) -> list[object]:
-    """The stage, its settings, its version and the tags of its tables: what its outputs depend on, but inputs."""
+    """The stage, its settings, version and tags of tables: all that its outputs depend on but inputs."""
     return [stage.noun, stage.settings(settings).model_dump(mode="json"), stage.version,
             [schema.tag() for schema in stage.schemas]]
 
