@@ -45,7 +45,7 @@ function turned(match) {
 function clip(figure) {
   const canvas = figure.querySelector("canvas");
   const { match: id = document.body.dataset.match, team, robot, start, end, at = start } = figure.dataset;
-  const state = { t: 1000 * start, from: 1000 * start, labels: false, marked: -1 };
+  const state = { t: 1000 * at, from: 1000 * start, labels: false, marked: -1 };
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let painting = null, loading = null, seen = false, paused = still, last = 0;
   canvas.tabIndex = 0;
