@@ -376,6 +376,17 @@ def test_analysis_is_that_of_sql(store, pages):
     assert "Who passes to whom" in page
 
 
+def test_clips_against_the_reader(store, pages, tmp_path):
+    """A report shows clips of matches against the team that reads first; without one, of all matches."""
+    one = next(match for match in played(store) if "yellow" in (match.home.name, match.away.name))
+    name = f"against/{team_name('blue', 'vsss').slug}.html"
+    write_pages(store, tmp_path / "out", mine="yellow")
+    found = [set(re.findall(r'data-match="(.*?)"', (root / name).read_text().partition("Where it loses")[2].partition("Under pressure")[0]))
+             for root in (pages.first.parent, tmp_path / "out")]
+    assert len(found[0]) == 2
+    assert found[1] == {one.name}
+
+
 def test_striker_is_that_of_sql(store, pages):
     """The report says which robot is its striker, and what was done by the striker of the moment, as SQL counts it."""
     asked = ask(refresh(store)[0], """

@@ -55,6 +55,14 @@ def test_passes_have_heads(far):
     assert ('<path class="head"' in drawn) == ('<g class="mark home">' in drawn) == (far > 0)
 
 
+def test_marks_make_no_layers(pages):
+    """No mark has an opacity of its own, but fill and line have: a hundred layers tint the dark ground below them."""
+    style = (pages.first.parent / "scout.css").read_text()
+    rules = re.findall(r"([^{}]*\.(?:mark|many)\b[^{}]*)\{([^{}]*)\}", style)
+    assert sum("stroke-opacity" in rule for _, rule in rules) > 3
+    assert not [each for each in rules if re.search(r"(?<!-)\bopacity:", each[1])]
+
+
 def test_many_passes_are_ways():
     """Few passes have an arrow each; of many one stands for all from part to part, wider for more, and what is left out is said."""
     each = {"y": 0.0, "to_y": 0.0, "robot": 1, "receiver": 2}

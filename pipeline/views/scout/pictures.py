@@ -145,7 +145,7 @@ def _cells(cells: F64, pitch: Pitch) -> Markup:
         for first, last in pairwise(np.flatnonzero(ends).tolist()):
             level = int(levels[row, first])
             runs[level] = runs.get(level, "") + f"M{first} {row}h{last - first}"
-    paths = (f'<path opacity="{_FAINTEST + (1 - _FAINTEST) * level / _SHADES:.2f}" d="{runs[level]}"/>'
+    paths = (f'<path stroke-opacity="{_FAINTEST + (1 - _FAINTEST) * level / _SHADES:.2f}" d="{runs[level]}"/>'
              for level in sorted(runs.keys() - {0}))
     return Markup(  # noqa: S704 (numbers only)
         f'<g class="heat" transform="matrix({wide:.4g} 0 0 {-high:.4g} {-pitch.length / 2:.4g}'

@@ -64,6 +64,15 @@ def shot_words(shot: Mapping[str, Any]) -> str:
     return says if shot["xg"] is None else f"{says}, xG {shot['xg']:.2f}"
 
 
+def larger(shots: pl.DataFrame) -> str:
+    """A sentence on the size of shots' marks (:func:`size`), and a space; empty where no xG is known.
+
+    Args:
+        shots: those of :func:`shots_over`.
+    """
+    return "" if shots["xg"].null_count() == shots.height else "The larger a mark, the greater its xG. "
+
+
 def size(xg: float | None, shots: int) -> float:
     """Size of a shot's mark: its area grows with xG, and falls where there are more than 40 shots."""
     area = min(1.0, _CLEAR / max(shots, 1)) * (1.0 if xg is None else 0.3 + 3.0 * xg)

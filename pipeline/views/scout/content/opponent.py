@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 import polars as pl
@@ -14,7 +15,7 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.card import Card
 from pitchlore.pipeline.views.commentary.words import enumerated, restart_word
 from pitchlore.pipeline.views.scout.content.answers import goals_over, line_samples, robots_of, scores_by
-from pitchlore.pipeline.views.scout.content.chances import shots_over
+from pitchlore.pipeline.views.scout.content.chances import larger, shots_over
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
 from pitchlore.pipeline.views.scout.content.keeper import faced_of
 from pitchlore.pipeline.views.scout.content.sources import (
@@ -32,6 +33,8 @@ from pitchlore.pipeline.views.scout.scored import clip_of
 from pitchlore.pipeline.views.scout.shooting import outcome_words
 from pitchlore.pipeline.views.scout.zones import third, time_in
 
+#: Chooses rows for clips.
+Spread: TypeAlias = Callable[[pl.DataFrame], pl.DataFrame]
 #: Matches that the report is made from, the newest; clips of a sentence.
 FROM, CLIPS = 20, 3
 #: Behaviours that went with its adversaries' chances: the report names so many.
@@ -42,7 +45,7 @@ _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), 
 
 def opponent_facts(
     team: TeamName, matches: Sequence[LeagueMatch], lines: Mapping[str, dict[str, Any]],
-    gallery: dict[str, Any], card: Card | None,
+    gallery: dict[str, Any], card: Card | None, mine: str = "",
 ) -> dict[str, Any]:
     """Content of the report on a team.
 
@@ -52,11 +55,14 @@ def opponent_facts(
         lines: the league's, by match.
         gallery: the facts of its behaviours.
         card: sentences on what went with its winning and losing; None where that is not known.
+        mine: name of the team that reads: clips against it come first.
     """
     last = matches[-FROM:]
     played = [(match, side) for match in last for side in sides_played(team, match)]
     behaviours = dangerous(gallery["cards"], gallery["sides"])
     pitch, faced = matches[-1].pitch, over_sides(played, LeagueMatch.shots, own=False)
+    spread = partial(_spread, first=[match.name for match, side in played if mine == (
+        match.away if side == "home" else match.home).name])
     return {
         "team": team, "counted": matches_in_words(len(last), against_itself(team, last)), "card": card,
         "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
@@ -64,12 +70,12 @@ def opponent_facts(
         "known": bool(gallery["cards"]),
         "sentences": [
             _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),
-            _striker(played, lines),
-            _losses(over_sides(played, LeagueMatch.possession), pitch),
-            _pressed(over_sides(played, LeagueMatch.pressure, own=False)),
-            _conceded(played, faced),
-            _keeper(played, lines, faced, pitch),
-            _restarts(played),
+            _striker(played, lines, spread),
+            _losses(over_sides(played, LeagueMatch.possession), pitch, spread),
+            _pressed(over_sides(played, LeagueMatch.pressure, own=False), spread),
+            _conceded(played, faced, spread),
+            _keeper(played, lines, faced, pitch, spread),
+            _restarts(played, spread),
         ],
     }
 
@@ -78,16 +84,22 @@ def _clip(row: dict[str, Any], at_ns: int, says: str, *, before_s: float = 3.0) 
     return Clip.about(row, at_ns, at_ns, says, before_s=before_s, after_s=1.5)
 
 
-def _spread(rows: pl.DataFrame) -> pl.DataFrame:
-    """Rows for clips, far apart in the table: moments next to each other look alike."""
-    return rows.gather_every(max(1, rows.height // CLIPS)).head(CLIPS)
+def _spread(rows: pl.DataFrame, first: Sequence[str]) -> pl.DataFrame:
+    """Rows for clips, far apart in the table, because moments next to each other look alike.
+
+    Those of the matches ``first`` come before the others.
+    """
+    there = pl.col("match_id").is_in(first)
+    return pl.concat([
+        some.gather_every(max(1, some.height // CLIPS)) for some in (rows.filter(there), rows.filter(~there))
+    ]).head(CLIPS)
 
 
 def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
     return {"title": title, "says": says, "clips": list(clips), "picture": None}
 
 
-def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
+def _losses(held: pl.DataFrame, pitch: Pitch, spread: Spread) -> dict[str, Any]:
     """Where the team loses the ball."""
     lost = held.filter(pl.col("ended") == "lost").with_columns(
         along=third("end_x", pitch.length),
@@ -96,7 +108,7 @@ def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
         return _said("Where it loses the ball", "No loss of the ball to the adversary was seen.")
     (along, across, count) = lost.group_by("along", "across").len().sort(
         "len", "along", "across", descending=[True, False, False]).row(0)
-    there = _spread(lost.filter(along=along, across=across))
+    there = spread(lost.filter(along=along, across=across))
     return _said(
         "Where it loses the ball",
         f"Most often in {_ALONG[along]}, {_ACROSS[across]}: {count} of {lost.height} losses.",
@@ -104,7 +116,7 @@ def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
          for row in there.with_columns(robot="last_robot").iter_rows(named=True)])
 
 
-def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
+def _pressed(pressed: pl.DataFrame, spread: Spread) -> dict[str, Any]:
     """Gains by pressure on the team."""
     won = pressed.filter("won")
     share = won.height / max(pressed.height, 1)
@@ -113,10 +125,12 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
         f"A robot pressed it {number_of(pressed.height, 'time')}. In {won.height:,} of these"
         f" ({100 * share:.0f}\u00a0%) the pressing team won the ball.",
         [_clip(row, row["end_ns"], "won by pressing")
-         for row in _spread(won).iter_rows(named=True)])
+         for row in spread(won).iter_rows(named=True)])
 
 
-def _conceded(played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame) -> dict[str, Any]:
+def _conceded(
+    played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame, spread: Spread
+) -> dict[str, Any]:
     """Goals that the team conceded, and how; ``shots`` are those at its goal."""
     goals = over_sides(played, LeagueMatch.goals, own=False)
     kind = pl.col("kind").cast(pl.String).fill_null("of unknown kind")
@@ -129,11 +143,11 @@ def _conceded(played: Sequence[tuple[LeagueMatch, str]], shots: pl.DataFrame) ->
         says += (f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
                  if shots.height > 1 else f" The only shot at it came from {middle:.2f} m.")
     return _said("What has worked against it", says, [
-        clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
+        clip_of(row, "how it came") for row in spread(goals).iter_rows(named=True)])
 
 
 def _striker(
-    played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]]
+    played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]], spread: Spread
 ) -> dict[str, Any]:
     """The robots that play as the team's striker, and what they do while they are it."""
     often = time_in("striker", (line_samples(match, side, lines) for match, side in played))[:2]
@@ -149,9 +163,9 @@ def _striker(
     lost = lost.filter(pl.col("ended") == "lost")
     near = (f", half of them from less than {np.median(shots['distance'].to_numpy()):.2f} m"
             if shots.height > 1 else "")
-    clips = [clip_of(row, "its goal") for row in made.tail(CLIPS).iter_rows(named=True)] or [
+    clips = [clip_of(row, "its goal") for row in spread(made).iter_rows(named=True)] or [
         _clip(row, row["t_ns"], f"its shot: {outcome_words(row['outcome'])}")
-        for row in _spread(shots).iter_rows(named=True)]
+        for row in spread(shots).iter_rows(named=True)]
     pitch = played[-1][0].pitch
     same = shots.filter(pl.col("match_id").is_in([match.name for match, _ in played if match.pitch == pitch]))
     return _said(
@@ -159,8 +173,8 @@ def _striker(
         f"{' and '.join(plays).capitalize()}. Whichever robot was the striker at the time made"
         f" {number_of(made.height, 'goal')}, shot {number_of(shots.height, 'time')}{near}, made"
         f" {passes.height:,} passes that arrived, and lost the ball {number_of(lost.height, 'time')}.",
-        clips) | ({"picture": shots_drawn(same, pitch, "shots of its striker"), "legend":
-                   "Filled shots are goals, dashed ones are wide. It attacks to the right."}
+        clips) | ({"picture": shots_drawn(same, pitch, "shots of its striker"), "head": "Its shots", "legend":
+                   f"Filled shots are goals, dashed ones are wide. {larger(same)}It attacks to the right."}
                   if same.height else {})
 
 
@@ -183,7 +197,7 @@ def _as_striker(
 
 def _keeper(
     played: Sequence[tuple[LeagueMatch, str]], lines: Mapping[str, dict[str, Any]], faced: pl.DataFrame,
-    pitch: Pitch,
+    pitch: Pitch, spread: Spread,
 ) -> dict[str, Any]:
     """The team's goalkeeper."""
     places = [np.zeros((0, 2))]
@@ -203,7 +217,7 @@ def _keeper(
         f"In goal is {enumerated(robots)}. Its median distance from its goal line is {out:.2f} m,"
         f" and from the goal's middle, sideways, {aside:.2f} m. {saves(faced)}",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
-         for row in _spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
+         for row in spread(faced.filter(pl.col("outcome") == "saved")).iter_rows(named=True)])
 
 
 def saves(shots: pl.DataFrame) -> str:
@@ -230,7 +244,7 @@ def _within(share: Share) -> str:
         f" [{100 * share.low:.0f}, {100 * share.high:.0f}]\u00a0%")
 
 
-def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
+def _restarts(played: Sequence[tuple[LeagueMatch, str]], spread: Spread) -> dict[str, Any]:
     """Outcomes of the team's restarts, by the numbers of its page."""
     given = over_sides(played, LeagueMatch.restarts).filter("own")
     led = given.filter(came_soon("shot_ns"))
@@ -242,4 +256,4 @@ def _restarts(played: Sequence[tuple[LeagueMatch, str]]) -> dict[str, Any]:
         f" within {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
         [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9),
                     restart_word(row["note"] or row["kind"]), before_s=0, after_s=0)
-         for row in _spread(led).iter_rows(named=True)])
+         for row in spread(led).iter_rows(named=True)])

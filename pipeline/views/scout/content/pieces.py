@@ -86,6 +86,7 @@ class TeamTodo(NamedTuple):
         copied: its imitation; None without one.
         keepers: shots that the league's other goalkeepers saved, and those that reached them.
         card: sentences on what went with its winning and losing; None where that is not known.
+        mine: name of the team that reads; empty: none is chosen.
     """
 
     team: TeamName
@@ -98,6 +99,7 @@ class TeamTodo(NamedTuple):
     copied: copies.Copied | None
     keepers: tuple[int, int]
     card: Card | None
+    mine: str = ""
 
     @property
     def kinds(self) -> list[str]:
@@ -130,7 +132,7 @@ def pages_of_team(
         f"behaviours/{slug}.html": ("behaviours", shown),
         f"maps/{slug}.html": ("map", lambda: maps.maps_facts(team.team, team.known, behind)),
         f"against/{slug}.html": ("opponent", lambda: opponent.opponent_facts(
-            team.team, team.matches, team.lines, shown(), team.card)),
+            team.team, team.matches, team.lines, shown(), team.card, team.mine)),
         f"copies/{slug}.html": ("copy", lambda: {} if team.copied is None else copies.copy_facts(
             store, team.copied.at(store))),
     }

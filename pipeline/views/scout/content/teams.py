@@ -15,7 +15,7 @@ from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.commentary.words import enumerated
 from pitchlore.pipeline.views.scout.content.analysis import analysed
 from pitchlore.pipeline.views.scout.content.answers import team_answers
-from pitchlore.pipeline.views.scout.content.chances import known_in, shot_words, shots_over, size
+from pitchlore.pipeline.views.scout.content.chances import known_in, larger, shot_words, shots_over, size
 from pitchlore.pipeline.views.scout.content.keeper import keeper
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.matches import MEASURES, before, shown_score
@@ -216,7 +216,7 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     passes, drawn = passes_drawn(arrows, "home", pitch)
     return [
         {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
-            f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {_ATTACKS}",
+            f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {larger(shots)}{_ATTACKS}",
          "picture": shots_drawn(shots, pitch, "shots")},
         {"name": "Passes", "says": f"Passes that arrive: {arrows.height}. {drawn} {_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=passes)},

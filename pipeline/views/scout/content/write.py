@@ -109,11 +109,11 @@ def write_pages(
         {match.name: lines[match.name] for match in own}, known, league,
         sum(len(sides_played(team, match)) for match in learned_of),
         any(policy.team == team for policy in policies), copied.get(team),
-        others(team, league, lines), told.get((team.name, team.kind))) for team in teams]
+        others(team, league, lines), told.get((team.name, team.kind)), mine) for team in teams]
     keys = {it.team: digest(canonical([
         code, teams, few.get(it.team.kind), [match.key(match.sequences_digests) for match in it.matches],
         version, known and known.manifest.key, behind.key, it.imitated, it.sides,
-        it.copied and it.copied.key, it.keepers, it.card])) for it in by_team}
+        it.copied and it.copied.key, it.keepers, it.card, mine])) for it in by_team}
     _teams(store, folder, by_team, keys, around | {
         "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
     _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
