@@ -168,14 +168,21 @@ def test_data_is_kept_once(pages, replay, page):
 
 
 def test_our_team_is_blue(pages, replay, page):
-    """A replay that a team's page opens draws that team blue, says so, and keeps it in its address."""
+    """A replay that a team's page opens draws that team blue and playing to the right, says so, and keeps it in its address."""
+    page.add_init_script("window.places = []; const move = CanvasRenderingContext2D.prototype.translate;"
+                         "CanvasRenderingContext2D.prototype.translate = function (...at) { places.push(at); move.apply(this, at); }")
+    drawn = "(places.length = 0, document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'l', bubbles: true })), new Promise((done) => setTimeout(() => done(places.slice(1)), 200)))"
     asked = "[getComputedStyle(document.querySelector('#home i')), getComputedStyle(document.querySelector('#away i'))].map((it) => it.backgroundColor)"
     opened(page, f"{replay}#t=5&paused")
     usual, names = page.evaluate(asked), [page.locator(f"#{side} span").inner_text() for side in SIDES]
-    assert page.locator("#colours").text_content().startswith(f"Blue is {names[0]} (home) and orange is {names[1]} (away)")
+    assert page.locator("#colours").text_content().startswith(f"Blue is {names[0]} (home in tables and addresses), orange is {names[1]} (away)")
+    shown = page.evaluate(drawn)
     opened(page, f"{replay}#t=5&ours=away&paused")
     assert page.evaluate(asked) == usual[::-1]
-    assert page.locator("#colours").text_content().startswith(f"Blue is {names[1]} (away) and orange is {names[0]} (home)")
+    assert len(shown) >= 6
+    assert page.evaluate(drawn) == [[pytest.approx(-x), pytest.approx(-y)] for x, y in shown]
+    assert [page.locator(f"#{side} small").text_content() for side in SIDES] == ["← attacks left", "attacks right →"]
+    assert page.locator("#colours").text_content().startswith(f"Blue is {names[1]} (away in tables and addresses), orange is {names[0]} (home)")
     page.keyboard.press("ArrowRight")
     page.wait_for_url(re.compile("t=6.*ours=away"))
     match = Path(replay).stem

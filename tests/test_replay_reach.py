@@ -129,3 +129,4 @@ def test_score_that_nobody_knows(page, tmp_path, known):
     for t, reported in ((0.2, "0 : 0"), (1.0, "1 : 0")):
         opened(page, f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
         assert page.locator("#score").text_content() == (reported if known else f"{reported} counted")
+        assert page.locator("#goals .code").all_text_contents() == ["1 : 0"], "counted is said once"

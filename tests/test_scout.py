@@ -246,6 +246,10 @@ def test_swings():
     assert line.count("M") == 4, "no line leads over a restart or a hole"
     assert re.search(r'<a href="m.html#goal-1" aria-label="goal &lt;x&gt;">.*?class="goal-at away" d="M50 20V40"', drawn)
     assert re.findall(r"<span>([-+.\d]+)</span>", drawn) == ["+0.6", "+0.3", "0", "-0.3", "-0.6"]
+    close = [two._replace(end_ns=two.end_ns + step * 10**8) for step in range(5)]
+    numbers = [(float(x), float(y)) for x, y in re.findall(r'class="nth" style="left:(.*?)%;top:(.*?)px"', str(on_top(found, [], "top", 20.0, None, close)))]
+    assert len(numbers) == 5
+    assert all(abs(a - b) >= 16 for at, (_, a) in enumerate(numbers) for _, b in numbers[:at]), "numbers of close swings stand above each other"
     assert "half-time" in drawn
     assert on_top_words(found, {"home": "A", "away": "B"}) == "A had the better chance for 50% of the time in play."
     goals = pl.DataFrame({"t_ns": [t * 10**9 for t in (5, 61, 62)], "team": ["home", "away", "away"]})

@@ -316,7 +316,7 @@ def test_differences_are_compared(pages, page):
     matches = page.locator("#matches .found")
     assert matches.locator("thead a").count() == 2
     cells = matches.locator("tbody tr").nth(3).locator("td").all_inner_texts()
-    assert int(cells[0]) == int(cells[4]) - int(cells[2])
+    assert int(cells[4]) == int(cells[2]) - int(cells[0])
     assert "two leagues" not in page.locator("#teams .found").inner_text()
     page.locator("#behaviours .found tbody tr").first.wait_for()
     versions = [page.locator(f"[data-version='{side}']").input_value() for side in (0, 1)]

@@ -419,3 +419,33 @@ def test_way_to_the_top(pages, page):
         assert page.evaluate("document.documentElement.scrollWidth") <= width
     page.goto((pages.first.parent / "policies.html").as_uri())
     page.locator(".to-top").wait_for(state="hidden")
+
+
+def test_nothing_is_cut(pages, page):
+    """The running of robots has room beside other tables, tables one below the other do not touch, and a long goal is read on a phone."""
+    page.set_viewport_size({"width": 1366, "height": 900})
+    for found in (pages.first.parent / "teams").glob("*.html"):
+        page.goto(found.as_uri())
+        page.evaluate("document.querySelectorAll('.flows details').forEach((it) => { it.open = true; })")
+        running = page.locator(".flows details table")
+        assert page.locator(".flows details summary").first.inner_text().endswith(("over 1 match as a table", "over 2 matches as a table"))
+        assert running.evaluate_all("them => them.every((it) => it.scrollWidth <= it.clientWidth)")
+        gaps = page.evaluate("""[...document.querySelectorAll("table ~ table")].filter((it) => it.checkVisibility()).map((it) => it.getBoundingClientRect().top
+            - [...it.parentNode.querySelectorAll(":scope > table")].filter((each) => each.compareDocumentPosition(it) & 4).at(-1).getBoundingClientRect().bottom)""")
+        assert min(gaps, default=9) > 8
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.goto((pages.first.parent / "index.html").as_uri())
+    assert not page.get_by_text("Where the ball was").first.is_visible()
+    page.goto(next((pages.first.parent / "replays").iterdir()).as_uri() + "#paused")
+    told = page.locator("#told span")
+    told.wait_for(state="attached")
+    page.evaluate("document.querySelector('#told span').textContent = 'GOAL for Foxes! Foxes 2 (midfield), indirect action: is hit by the ball, reaches it, has it, guides it; it goes in off Wolves 1 (goalkeeper).'")
+    assert told.evaluate("it => it.scrollHeight <= it.clientHeight && it.getBoundingClientRect().bottom <= innerWidth * 3")
+    assert told.evaluate("it => it.getBoundingClientRect().bottom <= it.parentNode.getBoundingClientRect().bottom")
+
+
+def test_policies_that_copy():
+    """Of policies that all copy, no column of states stands."""
+    rows = [{"version": 1, "team": None, "slug": "all", "told": False, "states": states, "unsure": None} for states in (None, 7)]
+    for some, there in ((rows[:1], False), (rows, True)):
+        assert ("<th class=\"n\">States</th>" in render("policies", rows=some, menu=[], made="").decode()) == there

@@ -23,7 +23,7 @@ function start(match, known) {
     skip: hash.get("skip") !== "0", marked: -1, view: 0, span: Math.min(WINDOW, end || 1), dragging: false, dirty: true,
   };
   let chosen = null; // the robot that the address names
-  let ours = "home"; // the side of the team that the page before was of: it is blue
+  let ours = "home"; // the side of the team that the page before was of: it is blue, and plays to the right
   const { events, find } = finder(match);
   const { paint, readColours, timeAt, robotAt, lineHeight } = painter(match, state);
 
@@ -54,6 +54,7 @@ function start(match, known) {
     return row;
   });
   $("goals-title").hidden = !match.goals.length;
+  if (match.counted) $("score").append(element("small", "", " counted"));
   if (match.crowded) $("now").parentElement.prepend($("goals-title"), $("goals"), $("panel")); // they are fewer
   const fill = panel(match, events, jump);
 
@@ -68,7 +69,7 @@ function start(match, known) {
   }
 
   function writeWords() {
-    $("score").textContent = match.scoreWords(state.t);
+    $("score").firstChild.textContent = match.scoreWords(state.t);
     $("clock").textContent = `${clock(state.t, 1)} / ${clock(end)}`;
     const now = match.moment(state.t), placed = !state.playing || Math.abs(state.t - writeWords.last) > 1000;
     if (placed) { // for screen readers, who cannot see the pitch
@@ -330,7 +331,9 @@ function start(match, known) {
 
   function colour(side) {
     ours = side;
-    document.documentElement.classList.toggle("turned", ours === "away");
+    state.turned = ours === "away";
+    document.documentElement.classList.toggle("turned", state.turned);
+    for (const team of ["home", "away"]) $(team).querySelector("small").textContent = team === ours ? "attacks right →" : "← attacks left";
     readColours();
     const other = { home: "away", away: "home" }[ours];
     $("colours").textContent = `Blue is ${teams[ours]} (${ours} in tables and addresses), orange is ${teams[other]} (${other}). ` + (match.worn

@@ -46,6 +46,12 @@ function painter(match, state) {
   /** Whether a situation is not of those that are looked for, while only these are shown. */
   const dimmed = (index) => Boolean(state.filter && state.found) && !state.found.lit?.[index];
 
+  /** Where a body is, as it is drawn: turned by half where `state.turned` says so. */
+  function pose(body, now) {
+    const at = match.pose(body, now);
+    return at && state.turned ? { ...at, x: -at.x, y: -at.y, heading: at.heading === null ? null : at.heading + Math.PI } : at;
+  }
+
   const sans = (size, weight = 400) => `${weight} ${size}px system-ui, "Segoe UI", "DejaVu Sans", sans-serif`;
   const mono = (size, weight = 400) => `${weight} ${size}px ui-monospace, "DejaVu Sans Mono", Menlo, monospace`;
 
@@ -54,7 +60,7 @@ function painter(match, state) {
     const { circle, areas, corner, marks } = MARKINGS[kind];
     const X = length / 2, Y = width / 2;
     c.lineJoin = "round";
-    for (const [side, team] of [[-1, "home"], [1, "away"]]) { // who defends it
+    for (const [side, team] of state.turned ? [[1, "home"], [-1, "away"]] : [[-1, "home"], [1, "away"]]) { // who defends it
       c.fillStyle = colours[team]; c.globalAlpha = 0.22;
       c.fillRect(side > 0 ? X : -X - depth, -mouth / 2, depth, mouth);
       c.globalAlpha = 1; c.strokeStyle = colours[team]; c.lineWidth = 2.5 / scale;
@@ -119,9 +125,9 @@ function painter(match, state) {
     const r = Math.max(match.ball_radius, 4 / scale);
     if (now.i >= 0) {
       c.strokeStyle = colours.ball;
-      let next = match.pose(ball, now);
+      let next = pose(ball, now);
       for (let i = now.i, right = state.t; next && i >= 0 && state.t - time[i] < TRAIL; i--) {
-        const at = match.pose(ball, { i, part: 0 });
+        const at = pose(ball, { i, part: 0 });
         if (!at || at.suspect || next.suspect) break;
         c.globalAlpha = 0.38 * (1 - (state.t - right) / TRAIL); c.lineWidth = r * 1.3;
         c.beginPath(); c.moveTo(next.x, next.y); c.lineTo(at.x, at.y); c.stroke();
@@ -130,7 +136,7 @@ function painter(match, state) {
       }
       c.globalAlpha = 1;
     }
-    const at = match.pose(ball, now);
+    const at = pose(ball, now);
     if (!at) return;
     c.beginPath(); c.arc(at.x, at.y, r, 0, 7);
     c.strokeStyle = colours.halo; c.lineWidth = 4.5 / scale; c.stroke();
@@ -197,7 +203,7 @@ function painter(match, state) {
     drawMarkings(c, scale);
     const now = match.moment(state.t), places = [];
     for (const robot of robots) {
-      const at = match.pose(robot.body, now);
+      const at = pose(robot.body, now);
       if (!at) continue;
       drawRobot(c, scale, robot, at);
       if (robot.body === state.marked) {
@@ -209,7 +215,7 @@ function painter(match, state) {
     }
     if (ball >= 0) drawBall(c, scale, now);
     c.restore();
-    const seen = ball >= 0 && match.pose(ball, now);
+    const seen = ball >= 0 && pose(ball, now);
     const under = seen ? { px: w / 2 + seen.x * scale, py: h / 2 - seen.y * scale } : null;
     if (state.labels) drawLabels(c, places, under, w, h);
     const shown = match.goalAt(state.t, state.from), since = shown ? state.t - shown.goal[0] : Infinity;
@@ -251,7 +257,7 @@ function painter(match, state) {
     c.fillText("ball, whole match", 14, middle);
     c.fillStyle = hatching(c);
     for (const [a, b] of dead) c.fillRect(px(a), 4, Math.max(1, px(b) - px(a)), h - 10);
-    if (ball >= 0) { // the mean place of the ball along the pitch in each pixel: blue when home is attacking
+    if (ball >= 0) { // the mean place of the ball along the pitch in each pixel, in the colour of the team that attacks there
       let mean = 0, seen = -Infinity;
       for (let column = 0, i = 0; column < wide; column++) {
         const until = ((column + 1) / wide) * end;
@@ -261,8 +267,8 @@ function painter(match, state) {
         }
         if (n) mean = sum / n;
         if (until - seen > match.gap && !n) continue;
-        const v = clamp(mean / (pitch.length / 2), -1, 1) * reach;
-        c.fillStyle = colours[v > 0 ? "home" : "away"]; c.globalAlpha = 0.55;
+        const v = clamp(mean / (pitch.length / 2), -1, 1) * (state.turned ? -reach : reach);
+        c.fillStyle = colours[mean > 0 ? "home" : "away"]; c.globalAlpha = 0.55;
         c.fillRect(GUTTER + column, v > 0 ? middle - v : middle, 1, Math.max(0.5, Math.abs(v)));
       }
       c.globalAlpha = 1;

@@ -171,11 +171,11 @@ function understand(match) {
     return score ? [score[1], score[2]] : [counted("home"), counted("away")];
   }
 
-  /** The score at t in words, and that it is counted where nobody told it. */
-  const scoreWords = (t) => scoreAt(t).join(" : ") + (match.scores.length || !match.goals.length ? "" : " counted");
+  const counted = !match.scores.length && match.goals.length > 0; // nobody told the score
+  const scoreWords = (t) => scoreAt(t).join(" : ");
 
   return {
     ...match, end, robots, ball, teams, goalTimes, restarts, dead, crowded: robots.length > 8,
-    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreWords, goalTitle, goalAt,
+    family, shortName, situationAt, stoppage, moment, pose, makers, story, counted, scoreWords, goalTitle, goalAt,
   };
 }

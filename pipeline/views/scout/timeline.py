@@ -19,6 +19,9 @@ _STEPS, _TIMES = (10, 30, 60, 120, 300, 600, 1200), 8
 
 #: Values at which the scale of the line of who is on top may end, and its height in pixels.
 _SCALES, _PIXELS = (0.1, 0.2, 0.4, 0.6, 0.8, 1.0), 150
+#: Of numbers at swings: height in pixels, hundredths of the line that two side by side are apart (on a
+#: phone), and heights by which one gives way to others, the first that is free of them.
+_NUMBER, _APART, _ROWS = 16, 6.0, (0, 1, -1, 2, -2, 3, -3)
 
 
 class GoalLine(NamedTuple):
@@ -129,13 +132,18 @@ def on_top(
             '<a href="{}" aria-label="{}"><title>{}</title><path class="hit" {}/>'
             '<path class="goal-at {}" {}/></a>').format(
                 goal.link, goal.says, goal.says, line, goal.team, line))
-    words = []
+    words, taken = [], list[tuple[float, float]]()
     for number, swing in enumerate(swings, 1):
         (x, y), (to_x, to_y) = at(swing.start_ns, swing.before), at(swing.end_ns, swing.after)
         parts.append(Markup('<path class="swung {}" d="M{:.5g} {:.4g}h0M{:.5g} {:.4g}h0"/>').format(
             swing.side, x, y, to_x, to_y))
+        beside = _PIXELS / 40 * to_y - (_NUMBER + 2 if to_y < y else -3)
+        tops = [min(max(beside + rows * (_NUMBER + 1), 0), _PIXELS - _NUMBER) for rows in _ROWS]
+        top = next((top for top in tops if all(
+            abs(to_x - left) > _APART or abs(top - over) >= _NUMBER for left, over in taken)), tops[0])
+        taken.append((to_x, top))
         words.append(Markup('<span class="nth" style="left:{:.2f}%;top:{:.0f}px">{}</span>').format(
-            to_x, min(max(_PIXELS / 40 * to_y - (18 if to_y < y else -3), 0), _PIXELS - 16), number))
+            to_x, top, number))
     scale = Markup("").join(Markup("<span>{}</span>").format(f"{part * most:+.3g}" if part else "0")
                             for part in (1, 0.5, 0, -0.5, -1))
     return Markup('<div class="over-time scaled"><div class="scale" aria-hidden="true">{}</div>{}'

@@ -216,7 +216,8 @@ def _pictures(team: TeamName, matches: Sequence[LeagueMatch]) -> list[dict[str, 
     passes, drawn = passes_drawn(arrows, "home", pitch)
     return [
         {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
-            f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {larger(shots)}{_ATTACKS}",
+            f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}."
+            f" {larger(shots)}{_ATTACKS}",
          "picture": shots_drawn(shots, pitch, "shots")},
         {"name": "Passes", "says": f"Passes that arrive: {arrows.height}. {drawn} {_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=passes)},

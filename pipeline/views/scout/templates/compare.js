@@ -144,36 +144,31 @@ function aligned(both) {
   return swapped ? [1, 0] : [0, 1];
 }
 
-/** A difference with its sign; shares in percentage points. */
-function signed(value, share, digits) {
-  if (value === null) return "–";
-  const text = share ? Math.round(100 * value) : value.toFixed(digits);
-  return `${Number(text) > 0 ? "+" : ""}${text}`;
+/** The difference of two numbers as they are shown, with its sign; of shares in percentage points. */
+function less(one, other, share, digits) {
+  if (one === null || other === null) return "–";
+  const shown = (value) => Number((share ? 100 * value : value).toFixed(share ? 0 : digits));
+  const value = shown(other) - shown(one);
+  return `${value > 0 ? "+" : ""}${value.toFixed(share ? 0 : digits)}`;
 }
-
-const less = (a, b) => (a === null || b === null ? null : b - a);
 
 function twoMatches(...ids) {
   const both = ids.map((id) => league.matches.find((match) => match.id === id));
   const to = aligned(both);
-  const heads = ["", ...both.flatMap((match) => match.names), ...both[0].names.map((name, side) => {
-    const other = both[1].names[to[side]];
-    return name === other ? name : `${other} less ${name}`;
-  })];
+  const order = [[0, 1], to]; // a team has the same place in both
+  const names = both.map((match, at) => order[at].map((side) => match.names[side]));
+  const heads = ["", ...names.flat(), ...names[0].map((name, side) => (name === names[1][side] ? name : `${names[1][side]} less ${name}`))];
   const link = (match) => {
     const made = document.createElement("a");
     made.href = `matches/${match.id}.html`;
     made.textContent = `${match.id}: ${match.names[0]} ${match.score} ${match.names[1]}`;
     return made;
   };
-  const last = (row) => [row[0], ...row.slice(5), ...row.slice(1, 5)];
-  const rows = league.measures.map(([label, key, share]) => last([
-    label, ...both.flatMap((match) => match.numbers.map((side) => plain(side[key], share))),
-    ...both[0].numbers.map((side, i) => {
-      const other = both[1].numbers[to[i]];
-      return signed(less(side[key], other[key]), share, key === "xg" ? 2 : 0);
-    })]));
-  const found = [table(last(heads), rows, [["second match less first", 2, "second less first"], [link(both[0]), 2, "first"], [link(both[1]), 2, "second"]])];
+  const rows = league.measures.map(([label, key, share]) => {
+    const [one, other] = both.map((match, at) => order[at].map((side) => match.numbers[side][key]));
+    return [label, ...[...one, ...other].map((value) => plain(value, share)), ...one.map((value, side) => less(value, other[side], share, key === "xg" ? 2 : 0))];
+  });
+  const found = [table(heads, rows, [[link(both[0]), 2, "first"], [link(both[1]), 2, "second"], ["second match less first", 2, "second less first"]])];
   found.push(paragraph("Differences are of whole matches, of shares in percentage points; matches of other lengths are not made equal."));
   if (both[0].kind !== both[1].kind) found.unshift(paragraph("They are of two leagues: their counts are of other games."));
   return found;
@@ -204,16 +199,16 @@ function welch([, , , n, , error], [, , , m, , other]) {
 /** A team's mean less another's; with its 95 % interval where both have one and the teams share no match. */
 function apart(one, other, share, independent) {
   if (one === null || other === null) return "–";
-  const value = other[0] - one[0];
-  if (!independent || one[1] === null || other[1] === null) return signed(value, share, 1);
+  const value = other[0] - one[0], shown = less(one[0], other[0], share, 1);
+  if (!independent || one[1] === null || other[1] === null) return shown;
   const half = welch(one, other);
-  return `${Math.abs(value) > half ? "★ " : ""}${signed(value, share, 1)} ± ${share ? Math.round(100 * half) : half.toFixed(1)}`;
+  return `${Math.abs(value) > half ? "★ " : ""}${shown} ± ${share ? Math.round(100 * half) : half.toFixed(1)}`;
 }
 
 /** What tells chance from a difference, in a paragraph; without a test where matches are in common. */
 function tested(independent) {
   return paragraph(independent
-    ? "★ the 95 % interval of the difference (Welch's) leaves out 0. It is given from four matches on each side: fewer cannot tell. Differences of shares are in percentage points."
+    ? "★ the 95 % interval of the difference (Welch's) leaves out 0. It is given from four matches on each side: fewer cannot tell. A difference without ★ is not larger than chance gives. Differences of shares are in percentage points."
     : "The two have matches in common, so no interval of the difference is given. Differences of shares are in percentage points.");
 }
 
@@ -226,9 +221,8 @@ function twoSides(both, heads, matches, independent) {
     label, ...both.flatMap(({ numbers, against }) => [interval(numbers[key], share), interval(against[key], share)]),
     ...["numbers", "against"].map((of) => apart(...both.map((it) => it[of][key]), share, independent))]);
   const columns = ["it", "its adversaries"];
-  const last = (row) => [row[0], ...row.slice(5), ...row.slice(1, 5)]; // the difference stands first: it is the answer
-  return [table([TEN, ...columns, ...columns, ...columns], [...top, ...rows].map(last),
-    [["second less first", 2], ...heads.map((head, side) => [head, 2, typeof head === "string" ? ["first", "second"][side] : undefined])]), tested(independent)];
+  return [table([TEN, ...columns, ...columns, ...columns], [...top, ...rows],
+    [...heads.map((head, side) => [head, 2, typeof head === "string" ? ["first", "second"][side] : undefined]), ["second less first", 2]]), tested(independent)];
 }
 
 /** Words one after another, the last after "and". */
