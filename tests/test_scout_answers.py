@@ -109,7 +109,7 @@ def test_shooting():
 
 @pytest.mark.parametrize(("outcomes", "says"), [
     (["saved", "saved", "goal", "blocked", "own", "missed", "wide"],
-     "Of 6 shots on target, other robots blocked 1, after 1 the attackers kept the ball and 1 reached nobody. Of 3 that reached it, it saved 2 (67%), and 1 went in."),
+     "Of 6 shots on target, other robots blocked 1, after 1 the attackers kept the ball and 1 reached nobody. Of 3 that reached it, it saved 2 (67\u00a0%), and 1 went in."),
     (["blocked"], "Of 1 shot on target, other robots blocked 1. None reached it."),
 ])
 def test_saves(outcomes, says):

@@ -110,7 +110,7 @@ def on_top_words(played: Sequence[BalanceLine], names: Mapping[str, str]) -> str
         return ""
     home, away = (float((sign * v > 0).mean()) for sign in (1, -1))
     first, share = (SIDES[0], home) if home >= away else (SIDES[1], away)
-    return f"{names[first]} had the better chance for {share:.0%} of the time in play."
+    return f"{names[first]} had the better chance for {100 * share:.0f}\u00a0% of the time in play."
 
 
 def deciding(goals: pl.DataFrame) -> tuple[int, float, str] | None:

@@ -139,11 +139,11 @@ def on_top(
             swing.side, x, y, to_x, to_y))
         beside = _PIXELS / 40 * to_y - (_NUMBER + 2 if to_y < y else -3)
         tops = [min(max(beside + rows * (_NUMBER + 1), 0), _PIXELS - _NUMBER) for rows in _ROWS]
-        top = next((top for top in tops if all(
-            abs(to_x - left) > _APART or abs(top - over) >= _NUMBER for left, over in taken)), tops[0])
-        taken.append((to_x, top))
+        free = next((each for each in tops if all(
+            abs(to_x - left) > _APART or abs(each - over) >= _NUMBER for left, over in taken)), tops[0])
+        taken.append((to_x, free))
         words.append(Markup('<span class="nth" style="left:{:.2f}%;top:{:.0f}px">{}</span>').format(
-            to_x, top, number))
+            to_x, free, number))
     scale = Markup("").join(Markup("<span>{}</span>").format(f"{part * most:+.3g}" if part else "0")
                             for part in (1, 0.5, 0, -0.5, -1))
     return Markup('<div class="over-time scaled"><div class="scale" aria-hidden="true">{}</div>{}'

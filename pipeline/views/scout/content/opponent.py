@@ -234,7 +234,7 @@ def saves(shots: pl.DataFrame) -> str:
     says = f"Of {number_of(n, 'shot')} on target, {enumerated(aside)}."
     if not faced.reached:
         return f"{says} None reached it."
-    share = f"{saved / faced.reached:.0%}"
+    share = f"{100 * saved / faced.reached:.0f}\u00a0%"
     return f"{says} Of {faced.reached} that reached it, it saved {saved} ({share}), and {conceded} went in."
 
 

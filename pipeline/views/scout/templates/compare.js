@@ -208,7 +208,7 @@ function apart(one, other, share, independent) {
 /** What tells chance from a difference, in a paragraph; without a test where matches are in common. */
 function tested(independent) {
   return paragraph(independent
-    ? "★ the 95 % interval of the difference (Welch's) leaves out 0. It is given from four matches on each side: fewer cannot tell. A difference without ★ is not larger than chance gives. Differences of shares are in percentage points."
+    ? "★ the 95 % interval of the difference (Welch's) leaves out 0. It is given from four matches on each side: fewer cannot tell. A difference with ± and without ★ is not larger than chance gives. Differences of shares are in percentage points."
     : "The two have matches in common, so no interval of the difference is given. Differences of shares are in percentage points.");
 }
 
