@@ -445,7 +445,7 @@ def test_nothing_is_cut(pages, page):
 
 
 def test_policies_that_copy():
-    """Of policies that all copy, no column of states stands."""
+    """Policies that all copy have no column of states."""
     rows = [{"version": 1, "team": None, "slug": "all", "told": False, "states": states, "unsure": None} for states in (None, 7)]
     for some, there in ((rows[:1], False), (rows, True)):
         assert ("<th class=\"n\">States</th>" in render("policies", rows=some, menu=[], made="").decode()) == there

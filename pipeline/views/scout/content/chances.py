@@ -68,7 +68,7 @@ def larger(shots: pl.DataFrame) -> str:
     """A sentence on the size of shots' marks (:func:`size`), and a space; empty where no xG is known.
 
     Args:
-        shots: those of :func:`shots_over`.
+        shots: rows of :func:`shots_over`.
     """
     return "" if shots["xg"].null_count() == shots.height else "The larger a mark, the greater its xG. "
 
