@@ -18,10 +18,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import FILES
 from support import recordings
-from support.mcap_logs import written
+from support.mcap_logs import SMALL, match, written
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, assert_sound, imported
 
-from pitchlore.pipeline.base.errors import BadRecording
+from pitchlore.pipeline.base.errors import BadRecording, NoFrames
 from pitchlore.pipeline.base.text import date_in
 from pitchlore.pipeline.engine.matches import take_in
 from pitchlore.pipeline.engine.recordings import Recording
@@ -312,3 +312,29 @@ def test_same_id_other_match(tmp_path: Path) -> None:
     with pytest.raises(BadRecording, match="another match is here, with the same id derby-1"):
         take_in(store, log_called(tmp_path / "b.mcap", "derby-1", home="Tigers", recording=None))
     assert store.receipt("matches", "derby-1") == receipt
+
+
+def test_copies_that_are_cut(tmp_path: Path) -> None:
+    """Of two copies of a log that are both cut off, the longer one stays, whichever comes first."""
+    log, frames = match([6] * 200), []
+    log.frames.robots["team"], log.frames.robots["id"] = np.divmod(np.arange(1200) % 6, 3)
+    whole = written(log, chunk_bytes=SMALL)
+    for order in ((2, 3), (3, 2)):
+        store = Store(tmp_path / f"data-{order[0]}")
+        for quarters in order:
+            path = tmp_path / f"{quarters}.mcap"
+            path.write_bytes(whole[:len(whole) * quarters // 4])
+            receipt, new, _ = take_in(store, Recording(file=path))
+            assert not receipt.details["complete"]
+            assert new == (quarters == 3 or order[0] == 2)
+            frames.append(receipt.details["frames"])
+    assert 0 < frames[0] < frames[1] == frames[2] == frames[3]
+
+
+def test_log_that_is_cut_before_its_frames(tmp_path: Path) -> None:
+    """The refusal of a log of ours without a readable frame says that it is cut off, not that a map is missing."""
+    whole = written(match([6] * 8))
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[:whole.index(b"zstd") + 8])
+    with pytest.raises(NoFrames, match=r"none of its frames can be read \(the file is cut off"):
+        take_in(Store(tmp_path / "data"), Recording(file=path))

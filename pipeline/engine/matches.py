@@ -259,8 +259,9 @@ def _commit(
 ) -> tuple[Receipt, bool]:
     """Commit a match, ``data`` as a log, unless the store has it. Returns its receipt, and whether it is new.
 
-    If a match of the same id was made from another recording, the complete one of the two stays. The noun
-    is locked meanwhile: if two threads import the same content, the second finds the match of the first.
+    If a match of the same id was made from another recording, the complete one of the two stays; of two that
+    are incomplete, the one with more frames. The noun is locked meanwhile: if two threads import the same
+    content, the second finds the match of the first.
 
     Raises:
         BadRecording: if both are complete and differ.
@@ -275,7 +276,8 @@ def _commit(
         stands = not same_source or there.key == _work(name, sha256, settings).key
         if there.files["log"].sha256 == digest(data) and stands:
             return there, False
-        if not same_source and not match.info.complete:
+        is_more = not there.details["complete"] and len(match.frames) > there.details.get("frames", 0)
+        if not same_source and not match.info.complete and not is_more:
             return there, False
         if not same_source and there.details["complete"]:
             raise BadRecording(

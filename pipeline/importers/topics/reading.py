@@ -58,8 +58,8 @@ class _Topics:
 def unnamed(source: SourceFile) -> BadRecording | None:
     """The refusal of a recording of other programs' topics that no map names; None if it has none."""
     found = _Topics(source)
-    if not found.channels:
-        return None
+    if all(schema and schema.name.startswith("pitchlore/") for _, schema in found.channels.values()):
+        return None  # a log of ours without frames
     return BadRecording(
         f"has no match of ours, but these topics: {found.listed()}", where=source.name,
         next_step="Say in a map which topic is what (docs/how-to/ros.md), as in topics = ["
