@@ -315,7 +315,7 @@ def test_same_id_other_match(tmp_path: Path) -> None:
 
 
 def test_copies_that_are_cut(tmp_path: Path) -> None:
-    """Of two copies of a log that are both cut off, the longer one stays, whichever comes first."""
+    """The longer of two copies of a log stays if both are cut off, whichever comes first."""
     log, frames = match([6] * 200), []
     log.frames.robots["team"], log.frames.robots["id"] = np.divmod(np.arange(1200) % 6, 3)
     whole = written(log, chunk_bytes=SMALL)

@@ -147,7 +147,7 @@ def test_export(played, tmp_path, call):
 
 
 @pytest.mark.parametrize(("words", "what"), [
-    (["--figure", "8"], "figure"), (["--runs", "0"], "runs"), (["--seed", "-1"], "seed"),
+    (["--figure", "8"], "figure"), (["--runs", "0"], "runs"), (["--seed", "-1"], "seed"), (["--seed", str(10**20)], "seed"),
 ])
 def test_bad_arguments(words, what, tmp_path, call):
     """Arguments that make no sense are refused by name."""

@@ -54,11 +54,26 @@ def test_no_such_home(here, call):
     assert "no-such-user" not in str([*here.parent.rglob("*")])
 
 
-@pytest.mark.parametrize(("path", "said"), [("a\0b.html", "has a NUL in its path"), ("x" * 300, "File name too long")])
+@pytest.mark.parametrize(("path", "said"), [
+    ("a\0b.html", "has a NUL in its path"), ("x" * 300, "File name too long"), ("", "a path is empty")])
 def test_no_such_path(here, path, said):
     """A path that no system takes is an error of ours, whoever reads or writes it."""
     with pytest.raises(PitchloreError, match=said):
         aside(named_path(path)).__enter__()
+
+
+@pytest.mark.parametrize("words", [("demo", ""), ("import", ""), ("export", "w", "--to", "csv", "-o", ""), ("run", "--settings", "")])
+def test_empty_path(here, call, words):
+    """An empty word, as of a variable that is not set, is no path: it would be the working directory."""
+    assert call(*words) == (1, "", "pitchlore: '': a path is empty. Write . for this folder, or set the variable.\n")
+
+
+@pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="Linux has it")
+def test_file_without_a_beginning(here, call):
+    """A file of the system that refuses to be read at its start is no file to import, or of settings."""
+    for words in (("run", "--settings", "/proc/self/mem"), ("import", "/proc/self/mem")):
+        code, out, said = call(*words)
+        assert (code, "is not a regular file" in out + said, "Unexpected" in out + said) == (1, True, False)
 
 
 def test_every_path_of_the_command_line():

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures.process import _threads_wakeups
 from pathlib import Path
 
 import numpy as np
@@ -190,3 +191,10 @@ def test_memory_is_given_back():
     before, freed, now = map(float, re.findall(r"[\d.]+", said.stdout))
     assert freed > before - 50, "the control: it is kept"
     assert now < before - 150, "of 200 MB"
+
+
+def test_pools_are_closed():
+    """No pool closes after its work is done: Python, which ends meanwhile, would print a traceback."""
+    with Processes(3) as workers:
+        assert workers.run(os.getpid) != os.getpid()
+    assert not any(thread.is_alive() for thread in _threads_wakeups)

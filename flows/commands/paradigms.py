@@ -10,11 +10,10 @@ from typing import Annotated, Literal
 
 import polars as pl
 from cyclopts import Parameter
-from cyclopts.types import NonNegativeInt
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Flag, Json, On, UserPath
 from pitchlore.flows.commands.performing import perform
-from pitchlore.flows.commands.playing import Many
+from pitchlore.flows.commands.playing import Many, Seed
 from pitchlore.flows.commands.printing import console, print_frame, print_json, warn
 from pitchlore.flows.paradigms import play_paradigms
 from pitchlore.pipeline.engine.outputs import need, table_of
@@ -55,7 +54,7 @@ def paradigms(
     sensitivity: Flag = False,
     comparison: Flag = False,
     beside: Annotated[tuple[Beside, ...], Parameter(negative=(), show_default=False)] = (),
-    seed: NonNegativeInt = 0,
+    seed: Seed = 0,
     on: On = None,
     export: UserPath | None = None,
     json: Json = False,

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
-from cyclopts.types import NonNegativeInt
 
 from pitchlore.flows.commands.common import DEFAULTS, Common, Json
-from pitchlore.flows.commands.playing import AS_USUAL, Playing, WhoPlays
+from pitchlore.flows.commands.playing import AS_USUAL, Playing, Seed, WhoPlays
 from pitchlore.flows.commands.printing import console, print_json, print_stand_in
 from pitchlore.pipeline.arena.match.controllers import PolicyTables
 from pitchlore.pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -28,7 +27,7 @@ _MINUTES = 2.0
 def play(
     *,
     against: WhoPlays = "static",
-    seed: NonNegativeInt | None = None,
+    seed: Seed | None = None,
     side: Annotated[Literal["home", "away"], Parameter(name="--as")] = "home",
     playing: Playing = AS_USUAL,
     json: Json = False,

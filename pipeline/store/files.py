@@ -253,7 +253,7 @@ class Files:
                            next_step="Name an existing file that you may read") from error
         try:
             seen = os.fstat(descriptor)
-            if not stat.S_ISREG(seen.st_mode) or (not seen.st_size and read_at(descriptor, 1, 0)):  # /proc
+            if not stat.S_ISREG(seen.st_mode) or (not seen.st_size and _has_bytes(descriptor)):  # /proc
                 raise NotFound("is not a regular file", where=self.named(path), next_step="Name a file")
             file = ForeignFile(descriptor, self.named(path))
             if len(file) > megabytes << 20:
@@ -311,3 +311,10 @@ def _stamp(path: Path) -> tuple[int, ...] | None:
     except OSError:
         return None
     return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _has_bytes(descriptor: int) -> bool:
+    try:
+        return bool(read_at(descriptor, 1, 0))
+    except OSError:  # /proc/self/mem
+        return True

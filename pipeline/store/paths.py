@@ -18,9 +18,13 @@ def named_path(word: str | Path) -> Path:
     No path begins with ``~`` afterwards: some libraries would take that for a home once more.
 
     Raises:
-        BadSettings: if there is no such home, or the path has a NUL, which no system takes.
+        BadSettings: if there is no such home, the path has a NUL, which no system takes, or it is empty, as
+            that of a shell's variable that is not set.
     """
     path = Path(word)
+    if word == "":
+        raise BadSettings("a path is empty", where="''",
+                          next_step="Write . for this folder, or set the variable")
     if "\0" in str(path):
         raise _unusable("has a NUL in its path", path, "Name another")
     if not path.parts or not path.parts[0].startswith("~"):

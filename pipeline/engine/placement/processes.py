@@ -57,7 +57,8 @@ class Processes:
         while not self._free.empty():
             process = self._free.get()
             if process is not None:
-                process.shutdown(wait=False, cancel_futures=True)
+                # a pool that closes while Python ends makes it print a traceback
+                process.shutdown(wait=kind is None, cancel_futures=True)
 
     def for_pieces(self, count: int) -> Executors:
         """Here if it is one: to start another process takes a second, and no other work is lost with it."""
