@@ -261,6 +261,23 @@ def test_verify(tmp_path):
         store.read_table(store.manifest("knowledge", version), "goals", Goals)
 
 
+def test_removed_meanwhile(tmp_path):
+    """A reader is told to try again if the output was forgotten or made anew since its receipt was read."""
+    store = Store(tmp_path)
+    before = put(store, 1)
+    put(store, 2)
+    store.prune("goals")
+    with pytest.raises(CorruptFile, match="made anew meanwhile: call the command again"):
+        store.read(before, "note")
+    now = store.receipt("goals", "m-1")
+    (tmp_path / now.files["note"].path).unlink()
+    with pytest.raises(CorruptFile, match="Run `pitchlore run` to make it anew"):
+        store.read(now, "note")
+    store.forget("goals", "m-1")
+    with pytest.raises(CorruptFile, match="removed or made anew meanwhile"):
+        store.read(now, "note")
+
+
 def test_versions(tmp_path):
     """Versions count up and name their parent."""
     store = Store(tmp_path)

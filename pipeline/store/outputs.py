@@ -15,7 +15,7 @@ from pitchlore.pipeline.base.software import software
 from pitchlore.pipeline.store.meter import count_written
 from pitchlore.pipeline.store.paths import listed, safe
 from pitchlore.pipeline.store.reading import Reading
-from pitchlore.pipeline.store.receipts import Receipt
+from pitchlore.pipeline.store.receipts import Manifest, Receipt
 from pitchlore.pipeline.store.sealed import Stamp, remedy_of, sealed, settled, stamp_of
 from pitchlore.pipeline.store.work import Made, Work, contents
 
@@ -45,6 +45,13 @@ class Outputs(Reading):
             CorruptFile: if it is damaged, or that of another output.
         """
         return self.receipt_at(self._receipt_path(noun, name))
+
+    def remedy(self, receipt: Receipt) -> str:
+        """As above; if the receipt was removed or replaced since it was read, nothing is damaged."""
+        with suppress(CorruptFile):
+            if not isinstance(receipt, Manifest) and self.receipt(receipt.noun, receipt.name) != receipt:
+                return "The output was removed or made anew meanwhile: call the command again"
+        return super().remedy(receipt)
 
     def receipt_at(self, path: str) -> Receipt | None:
         """The receipt in a file (:meth:`receipt`), which is of the output that the file is named for."""

@@ -70,6 +70,10 @@ class Reading(Files):
             return self.version_folder(receipt.noun, receipt.version)
         return self.root
 
+    def remedy(self, receipt: Receipt) -> str:
+        """Advice on a file that is not as a receipt or manifest says."""
+        return remedy_for(receipt)
+
     def read(self, receipt: Receipt, role: str, *, anew: bool = False) -> bytes:
         """Bytes of a file, checked against its receipt or manifest.
 
@@ -83,7 +87,7 @@ class Reading(Files):
             CorruptFile: if it is gone or its bytes are others.
             StorageFailed: if the system refuses to read it, or if it is in a bucket that cannot be reached.
         """
-        what, remedy = f"{receipt.noun} {receipt.name}", remedy_for(receipt)
+        what = f"{receipt.noun} {receipt.name}"
         if isinstance(receipt, Manifest):
             what = f"{receipt.noun} version {receipt.version}"
         if role not in receipt.files:
@@ -91,15 +95,16 @@ class Reading(Files):
                            next_step="Run the stages again")
         path, wanted = self.folder(receipt) / receipt.files[role].path, receipt.files[role].sha256
         if self.mirror is not None:
-            data = self.mirror.bytes_of(path, wanted, remedy, anew=anew)
+            data = self.mirror.bytes_of(path, wanted, remedy_for(receipt), anew=anew)
             count_read(len(data))
             return data
         try:
             data = whole(path)
         except OSError as error:
-            raise not_readable(path, error, remedy) from error
+            raise not_readable(path, error, self.remedy(receipt)) from error
         if digest(data) != wanted:
-            raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
+            raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path),
+                              next_step=self.remedy(receipt))
         count_read(len(data))
         return data
 
