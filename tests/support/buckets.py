@@ -4,7 +4,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from functools import cached_property
 from http.client import HTTPConnection, HTTPResponse
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -43,7 +43,7 @@ class Served:
         self._behind = self._moto.get_host_and_port()
         self.fault: Callable[[int], str | None] = lambda _: None
         self.asked = 0
-        self._lock = threading.Lock()
+        self._lock, self._turn = threading.Lock(), threading.Lock()
         self._proxy = ThreadingHTTPServer(("127.0.0.1", 0), type("Handler", (_Handler,), {"served": self}))
         self._proxy.daemon_threads = True
         threading.Thread(target=self._proxy.serve_forever, daemon=True).start()
@@ -87,14 +87,16 @@ class Served:
             return self.fault(self.asked)
 
     def ask(self, method: str, path: str, body: bytes, headers: dict[str, str]) -> tuple[HTTPResponse, bytes]:
-        """The server's answer."""
+        """The server's answer; writes under a condition are one after the other.
+
+        Moto looks whether a key is there, and then writes it: of two threads at once both would succeed.
+        """
+        conditional = method == "PUT" and not {"if-match", "if-none-match"}.isdisjoint(map(str.lower, headers))
         connection = HTTPConnection(*self._behind, timeout=60)
-        try:
+        with self._turn if conditional else nullcontext(), closing(connection):
             connection.request(method, path, body, headers)
             answer = connection.getresponse()
             return answer, answer.read()
-        finally:
-            connection.close()
 
     def stop(self) -> None:
         self._proxy.shutdown()
