@@ -212,8 +212,8 @@ class ModelSettings(Frozen):
     folds: int = Field(default=5, ge=2, le=MANY)
     block_s: Seconds = 60.0
     moments_apart_s: Seconds = 1.0
-    goals_at_least: int = Field(default=10, ge=2, le=MANY)
-    boosting_goals: int = Field(default=100, ge=2, le=MANY)
+    goals_at_least: int = Field(default=10, ge=2, le=1 << 30)
+    boosting_goals: int = Field(default=100, ge=2, le=1 << 30)
     evidence: float = Field(default=0.1, gt=0, le=1)
     penalty: Positive = 1.0
     trees: Count = 200

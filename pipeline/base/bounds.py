@@ -13,6 +13,6 @@ Count = Annotated[int, Field(ge=1, le=MANY)]
 Seconds = Annotated[float, Field(ge=1e-3, le=86_400)]
 #: A time that may be nothing, seconds.
 Pause = Annotated[float, Field(ge=0, le=86_400)]
-Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
+Positive = Annotated[float, Field(ge=1e-9, le=1e6)]
 #: A number that may be nothing.
 Amount = Annotated[float, Field(ge=0, le=1e6)]
