@@ -58,18 +58,20 @@ def check_files(store: Store) -> list[Vouched]:
     """
     with store.keeping():
         known, records = catalog.listing(catalog_path(store)), records_of(store)
-        if known is not None and stands(known, records):
-            store.suspect = frozenset()
-            return []
-        return look_over(store, known or {}, records).damaged
+        return [] if _stands(store, known, records) else look_over(store, known or {}, records).damaged
 
 
-def is_as_listed(store: Store) -> bool:
-    """True if the catalogue has every file as it is, each whole; the store suspects none from then on."""
+def standing_catalogue(store: Store) -> Stamp | None:
+    """The stamp of the catalogue if it has every file as it is, and so none is suspect; else None."""
     with store.keeping():
-        known = catalog.listing(catalog_path(store))
-        if known is None or not stands(known, records_of(store)):
-            return False
+        path = catalog_path(store)
+        seen, known = stamp_if_there(str(path)), catalog.listing(path)
+        return seen if _stands(store, known, records_of(store)) else None
+
+
+def _stands(store: Store, known: catalog.Listing | None, records: Mapping[str, catalog.Glance]) -> bool:
+    if known is None or not stands(known, records):
+        return False
     store.suspect = frozenset()
     return True
 

@@ -18,7 +18,7 @@ from pitchlore.pipeline.engine.stage import Output, Per, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
 from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.sealed import read_cache, sealed, stamp_if_there
+from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed
 
 
 class Done(Frozen):
@@ -89,7 +89,7 @@ class Idle(Frozen):
 
 
 class Standing:
-    """A data folder that is as its catalogue has it (:func:`pipeline.engine.catalog.is_as_listed`).
+    """A data folder that is as its catalogue has it (:func:`pipeline.engine.catalog.standing_catalogue`).
 
     The catalogue lists every receipt and file. So what a run found with the same catalogue, stages and
     settings is so again. Nothing is remembered of a bucket, for another machine may write to it.
@@ -99,20 +99,20 @@ class Standing:
         self._store, self._basis = store, basis
 
     @classmethod
-    def of(cls, store: Store, settings: Settings, *, train: bool) -> Standing | None:
-        """The standing of a folder for a run; None in a bucket.
+    def of(cls, store: Store, catalogue: Stamp | None, settings: Settings, *, train: bool) -> Standing | None:
+        """The standing of a folder for a run; None in a bucket, or without such a catalogue.
 
         Args:
             store: the data folder.
+            catalogue: its stamp.
             settings: settings of all stages.
             train: whether the run makes a policy.
         """
-        seen = stamp_if_there(f"{store.root}/catalog.duckdb")
-        if store.mirror is not None or seen is None:
+        if store.mirror is not None or catalogue is None:
             return None
         nouns = [noun for noun in (*STAGES.of_matches, *STAGES.versioned) if noun != "matches"]
         ways = [_way_of(STAGES[noun], settings) for noun in nouns]
-        return cls(store, digest(canonical([seen, train, ways])))
+        return cls(store, digest(canonical([catalogue, train, ways])))
 
     def tell(self, report: RunReport) -> bool:
         """Report what the run before found, if it found nothing to do. Returns whether it did."""

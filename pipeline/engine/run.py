@@ -97,8 +97,8 @@ def run(
             with report.leg("import"):
                 report.stages.append(import_all(store, recordings, limits))
             with report.leg("look for damage"):
-                listed = look_for_damage(store, report)
-            standing = Standing.of(store, settings, train=train) if listed else None
+                catalogue = look_for_damage(store, report)
+            standing = Standing.of(store, catalogue, settings, train=train)
             if standing is None or not standing.tell(report):
                 failed = len(report.failures)
                 bring_up_to_date(

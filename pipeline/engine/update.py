@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
-from pitchlore.pipeline.engine.catalog import check_files, is_as_listed
+from pitchlore.pipeline.engine.catalog import check_files, standing_catalogue
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.freshness import FreshnessCache
 from pitchlore.pipeline.engine.lacking import lacking, leagues
@@ -20,6 +20,7 @@ from pitchlore.pipeline.settings import Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.paths import SAFE_NAME
 from pitchlore.pipeline.store.receipts import Manifest
+from pitchlore.pipeline.store.sealed import Stamp
 
 #: Makes outputs, each by some stages in order; gives each with its outcome, as it ends.
 Perform = Callable[[Mapping[Output, Sequence[Stage]], Settings, Scope], Iterator[tuple[Output, Outcome]]]
@@ -96,17 +97,17 @@ def standing_version(store: Store, stage: Stage, settings: Settings, scope: Scop
     return plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
 
 
-def look_for_damage(store: Store, report: RunReport) -> bool:
+def look_for_damage(store: Store, report: RunReport) -> Stamp | None:
     """Mend matches from their logs, and report the damage that no stage can mend.
 
     A match whose receipt is damaged goes into quarantine, unless its log tells all that the receipt did. The
     store suspects damaged outputs from now on, so that they are made again.
 
     Returns:
-        Whether the folder is as the last look left it: its catalogue has every file as it is.
+        The stamp of the catalogue if it has every file as it is; else None.
     """
-    if is_as_listed(store):
-        return True
+    if (catalogue := standing_catalogue(store)) is not None:
+        return catalogue
     for record in store.quarantined():
         if record.noun == "matches" and record.error == CorruptFile.__name__ and store.readable(
                 "matches", record.name) is not None:  # it was restored
@@ -128,7 +129,7 @@ def look_for_damage(store: Store, report: RunReport) -> bool:
             report.stage(noun).failed[f"version {file.receipt.version}"] = str(file.error)
         elif noun == "matches":
             report.stage(noun).failed[name] = str(file.error)
-    return False
+    return None
 
 
 def bring(
