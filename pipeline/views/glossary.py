@@ -67,14 +67,20 @@ TERMS = (
          "[Ww]ent with (?:better|worse|more|winning|losing|its)(?:(?: adversaries')? chances)?"),
     Term("sure", "Sure",
          "It is hardly chance that the two went together. Of behaviours that are called so, 5 % are "
-         "false at most; of acts on the first page, the 99.9 % interval leaves out no change.",
+         "false at most. Of acts on the first page, the 99.9 % interval around the change of chances does "
+         "not reach the usual change.",
          "(?<=: )sure|^sure$"),
     Term("likely", "Likely",
-         "The 95 % interval leaves out no change; but of thousands that are compared, some do by luck.",
+         "The 95 % interval around the change of chances does not reach the usual change. Of thousands "
+         "that are compared, some are called so by luck.",
          "(?<=: )likely|^likely$"),
     Term("too-few", "Too few",
-         "Seen too seldom to say: fewer than five times, or the 95 % interval has no change in it.",
-         "(?<=: )too few|^may be chance$"),
+         "Seen fewer than five times, or too seldom to tell its value from 0: the 95 % interval reaches 0.",
+         "(?<=: )too few"),
+    Term("may-be-chance", "May be chance",
+         "The 95 % interval around the change of chances reaches the usual change, so chance alone may have "
+         "made the difference.",
+         "^may be chance$"),
     Term("too-few-matches", "Too few matches",
          "Fewer than four matches on a side. With three matches on each side even the largest difference "
          "comes by chance one time in ten.",
