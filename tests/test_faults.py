@@ -40,7 +40,7 @@ from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.importers.source import SourceFile
 from pitchlore.pipeline.settings import KnowledgeSettings, Settings
-from pitchlore.pipeline.store import Store, locks
+from pitchlore.pipeline.store import Store, locks, sealed
 
 pytestmark = pytest.mark.slow
 
@@ -325,6 +325,17 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     monkeypatch.undo()
     assert [list(store.receipts("matches")), store.quarantined()] == [[], []]
     assert take_in(store, Recording(file=derby))[1]
+
+
+def test_a_recording_written_over(derby, tmp_path, monkeypatch):
+    """Another recording in the same file, of the same size and time, as `cp -p` leaves it, is imported, too."""
+    store, seen = Store(tmp_path / "data"), derby.stat()
+    monkeypatch.setattr(sealed, "_TICK_NS", 0)  # the file is old
+    assert [len(import_all(store, [Recording(file=derby)]).made) for _ in "ab"] == [1, 0]
+    with derby.open("r+b") as file:
+        file.write(derby.read_bytes().replace(b"0.1", b"0.2"))
+    os.utime(derby, ns=(seen.st_atime_ns, seen.st_mtime_ns))
+    assert len(import_all(store, [Recording(file=derby)]).made) == 1
 
 
 #: Stops itself at its first commit of a situation, as by SIGSTOP or a machine that is suspended.

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.store import Store
-from pitchlore.pipeline.store.sealed import read_cache, sealed, settled, stamp_of
+from pitchlore.pipeline.store.sealed import Stamp, read_cache, sealed, settled
 
 #: The cache in a data folder.
 NAME = ".recordings.json"
@@ -67,10 +67,16 @@ def stamps_of(files: Sequence[Path]) -> str:
     """The stamps of some files; empty if one is missing, or so young that another may look the same."""
     now_ns = time.time_ns()
     try:
-        stamps = [stamp_of(str(file)) for file in files]
+        stamps = [_stamp(file) for file in files]
     except OSError:
         return ""
     return " ".join(map(str, stamps)) if all(settled(stamp, now_ns) for stamp in stamps) else ""
+
+
+def _stamp(file: Path) -> Stamp:
+    """Inode, size, and the time at which the system saw the last change, which ``cp -p`` or ``tar`` cannot set, ns."""
+    found = file.stat()
+    return found.st_ino, found.st_size, max(found.st_ctime_ns, found.st_mtime_ns)
 
 
 def _name(files: Sequence[Path]) -> str:
