@@ -6,6 +6,7 @@ import json
 import os
 import re
 from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
 
 import pytest
 from conftest import clip, fill, run
@@ -17,6 +18,7 @@ from pitchlore.flows.flow import our_flow
 from pitchlore.flows.pruning import prune
 from pitchlore.flows.run import run_flow
 from pitchlore.pipeline.base.errors import BadSettings, NotFound, StorageFailed
+from pitchlore.pipeline.engine import history
 from pitchlore.pipeline.engine.costs import Cost
 from pitchlore.pipeline.engine.history import LOG, Note, log, noted
 from pitchlore.pipeline.engine.progress import RunReport, StageReport
@@ -51,6 +53,20 @@ def test_bounded(tmp_path):
     Note("run").write(store, HistorySettings(runs=0))
     assert names(store) == []
     assert (tmp_path / LOG / "notes.txt").read_text() == "mine"
+
+
+def test_clock_that_was_ahead(tmp_path, monkeypatch):
+    """Runs of a clock that was ahead hide none that began after it was set right, and go first."""
+    store = Store(tmp_path)
+
+    def at(year: int) -> str:
+        with monkeypatch.context() as patch:
+            patch.setattr(history, "datetime", SimpleNamespace(now=lambda zone: datetime(year, 1, 1, tzinfo=zone)))
+            Note("run").write(store, FEW)
+            return " ".join(name[:4] for name in names(store))
+
+    assert [at(year) for year in (2090, 2091, 2092, 2026, 2027, 1970, 2028)] == [
+        "2090", "2090 2091", "2090 2091 2092", "2091 2092 2026", "2092 2026 2027", "2027 2092 1970", "1970 2027 2028"]
 
 
 def test_ended_early(tmp_path, monkeypatch):

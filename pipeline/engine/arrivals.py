@@ -74,7 +74,7 @@ def stamps_of(files: Sequence[Path]) -> str:
 
 
 def _stamp(file: Path) -> Stamp:
-    """Inode, size, and the time at which the system saw the last change, which ``cp -p`` or ``tar`` cannot set, ns."""
+    """Inode, size and time of the last change that the system saw, ns; ``cp -p`` cannot set that."""
     found = file.stat()
     return found.st_ino, found.st_size, max(found.st_ctime_ns, found.st_mtime_ns)
 

@@ -24,6 +24,8 @@ from pitchlore.pipeline.store.sealed import read_model, sealed
 #: The folder of the log in a data folder, and its name in reports.
 LOG = "runs"
 _END = ".json"
+#: Format of an entry's name, by the moment of its start.
+_NAME = "%Y%m%d-%H%M%S-%f"
 #: Most failures of a run that are reported one by one.
 _REPORTED = 20
 
@@ -131,7 +133,7 @@ class Note:
         stages += [StageEntry(noun=noun, made=int(new[noun]), kept=int(not new[noun]), cost=cost)
                    for noun, cost in report.versions.items()]
         return RunEntry(
-            name=f"{self._began:%Y%m%d-%H%M%S-%f}", what=self.what, began=self._began,
+            name=f"{self._began:{_NAME}}", what=self.what, began=self._began,
             seconds=round(monotonic() - self._begun, 6), stages=tuple(stages), knowledge=report.knowledge,
             policy=report.policy, failures=dict(list(report.failures.items())[:_REPORTED]), error=error,
             legs=tuple(report.legs),
@@ -181,9 +183,10 @@ def log(store: Store) -> Log:
         else:
             if entry is not None:  # else it was dropped meanwhile
                 found.entries.append(entry)
-    found.entries.sort(key=lambda entry: entry.began)
     return found
 
 
 def _paths(store: Store) -> list[str]:
-    return listed(store.root / LOG, _END)
+    """The paths of the entries, the oldest first; before them those of a clock that was ahead."""
+    now = f"{store.root / LOG}/{datetime.now(UTC):{_NAME}}{_END}"
+    return sorted(listed(store.root / LOG, _END), key=lambda path: (path <= now, path))
