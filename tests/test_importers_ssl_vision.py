@@ -203,9 +203,10 @@ def test_without_geometry(reach: float, length: float) -> None:
     assert (given.info.pitch.length, given.info.pitch.width, given.info.settings["guessed"]) == (4.0, 3.0, {})
 
 
-def test_geometry_that_changes() -> None:
+@pytest.mark.parametrize("never", [(0.1, 6, 1, 0.18), (300, 200, 20, 150), (9, 6, 0.005, 0.18)])
+def test_geometry_that_changes(never: tuple[float, ...]) -> None:
     """The size that is said most often counts; one that no pitch has does not."""
-    other, none = ssl.size(12, 9, 1.8, 0.18), ssl.size(0.1, 6, 1, 0.18)
+    other, none = ssl.size(12, 9, 1.8, 0.18), ssl.size(*never)
     said = [seen(f, geometry=[none, GEOMETRY, other, GEOMETRY, none, none][f], yellow=[Seen(1, 0, 1)]) for f in range(6)]
     assert match(said).info.pitch.length == 9.0
 

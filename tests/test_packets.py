@@ -131,6 +131,15 @@ def test_vsss() -> None:
     assert reported == [("kick-off", "home", 0, 0), ("goal", "home", 1, 0), ("kick-off", "away", 1, 0)]
 
 
+@pytest.mark.parametrize("size", [(1e6, 1.5, 0.4, 0.1), (1.3, 0.01, 0.4, 0.1), (1.3, 1.5, 1e-3, 0.1), (1.3, 1.5, 0.4, math.inf)])
+def test_vsss_size_that_none_has(size: tuple[float, float, float, float]) -> None:
+    """A packet whose pitch cannot be tells none: that of the others stands."""
+    packets = vsss_packets(2.0)
+    packets.append(Packet(VISION, packets[-1].t_ns + 1, vsss_messages.environment(120, size=size)))
+    match = imported(recorded("vsss", packets))
+    assert (match.info.pitch.length, match.info.pitch.width, match.info.pitch.goal_depth) == (1.5, 1.3, 0.1)
+
+
 @pytest.mark.parametrize("teams", ['home = "yellow"\naway = "blue"', 'home = "yellow"', 'away = "blue"'])
 def test_vsss_by_a_map(teams: str) -> None:
     """A map says who is home: bodies, score and goals are then as it says."""

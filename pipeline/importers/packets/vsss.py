@@ -252,8 +252,10 @@ def _states(said: list[RefereeCommand], t_ns: I64) -> list[str | None]:
 
 
 def _pitch(frames: F64) -> dict[str, object]:
-    """Pitch as the packets give it, in metres; the last packet that does counts."""
-    reported = np.flatnonzero((frames[:, [LENGTH, WIDTH, GOAL_WIDTH, GOAL_DEPTH]] > 0).all(axis=1))
+    """Pitch as the packets give it, in metres; the last packet with one that can be counts."""
+    size = frames[:, LENGTH:]
+    known = (size >= (0.1, 0.1, 0.01, 1e-9)) & (size <= (1000, 1000, 1000, 100))
+    reported = np.flatnonzero(known.all(axis=1))
     if not len(reported):
         return {"kind": Kind.VSSS}
     length, width, goal_width, goal_depth = frames[reported[-1], LENGTH:].tolist()

@@ -16,6 +16,8 @@ from pitchlore.pipeline.importers.ssl_logs.wire import VARINT, Fields, fields
 _LINE_OR_LENGTH = 300
 #: A pitch is at least and at most so long and wide, millimetres; a goal is shorter.
 _SHORTEST, _LONGEST = 500, 500_000
+#: A goal is at least so wide, and at most so deep, millimetres.
+_NARROWEST, _DEEPEST = 10, 100_000
 _LEGACY = (f.LEGACY_LENGTH, f.LEGACY_WIDTH, f.LEGACY_GOAL_WIDTH, f.LEGACY_GOAL_DEPTH)
 _SINCE = (f.SIZE_LENGTH, f.SIZE_WIDTH, f.SIZE_GOAL_WIDTH, f.SIZE_GOAL_DEPTH)
 #: Numbers of a size's fields are less than this.
@@ -55,5 +57,5 @@ def sizes(batch: Batch, packets: Fields) -> Counter[Size]:
     return Counter({
         Size(*row): int(count) for row, count in zip(rows.tolist(), times, strict=True)
         if all(_SHORTEST <= side <= _LONGEST for side in row[:2])
-        and 0 < row[2] <= row[1] and 0 <= row[3] <= row[0]
+        and _NARROWEST <= row[2] <= row[1] and 0 <= row[3] <= min(row[0], _DEEPEST)
     })
