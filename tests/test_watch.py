@@ -210,6 +210,7 @@ def test_a_second_sender_is_heard_when_the_first_is_silent() -> None:
     assert camera(0, 1.1, THERE) == 1
     assert camera(0, 1.2, HERE) == 0
     assert counted(screen) == {SECOND: 3}
+    assert camera(0, -3_600.0, HERE) == 1, "the clock was set back"
 
 
 @pytest.mark.unit
@@ -221,6 +222,9 @@ def test_a_flood_of_senders_is_forgotten() -> None:
     assert len(screen._rates) <= 256
     assert counted(screen)[FLOOD] > 1_000
     assert screen.sound(received([packet._replace(t_ns=T0 + 2 * 10**9)], ("10.9.9.9", 1)))
+    for number in range(2_000):
+        screen.sound(received([packet._replace(t_ns=T0 + 2 * 10**9 + number)], (f"10.1.{number // 250}.{number % 250}", 1)))
+    assert screen.sound(received([packet], ("10.9.9.9", 2))), "the clock was set back"
 
 
 @pytest.mark.unit
@@ -234,6 +238,7 @@ def test_status() -> None:
     now = ssl_games.ns(30 / 64)
     assert status.line(now, 7) == (
         "50 frames/s, 5 lost, 7 refused, Yellows 0 : 3 Blues, normal first half, normal start, 0:00 left")
+    assert status.line(now - 3_600 * 10**9, 0).startswith("0 frames/s"), "the clock was set back"
     status = Status("vsss")
     status.see([packet for packet in vsss_packets(11.0) if packet.data])
     assert status.line(T0 + 11 * 10**9, 0) == "60 frames/s, 0 lost, blue 1 : 0 yellow, gameon, half 1, 0:10"

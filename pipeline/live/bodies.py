@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
@@ -45,7 +46,7 @@ class BodyTracker:
         hz: how often :meth:`now` is called in a second.
 
     Attributes:
-        seen_ns: when a body was seen last, Unix time in ns; 0 if never.
+        seen_s: when a body was seen last, by a clock that nobody sets, seconds; -inf if never.
     """
 
     def __init__(self, league: LeagueName, robots: int, pitch: Pitch, hz: float) -> None:
@@ -66,7 +67,7 @@ class BodyTracker:
         self._unseen_for = np.zeros(rows, np.int64)
         self._track, self._seen = np.zeros((2, rows, COLUMNS))
         self._visible = np.zeros(rows, np.bool_)
-        self.seen_ns = 0
+        self.seen_s = -np.inf
 
     def take(self, packets: Sequence[Packet]) -> None:
         """Take up sound packets, in order of time."""
@@ -74,7 +75,7 @@ class BodyTracker:
             self._there[row, : VX] = np.where(np.isnan(pose[: VX]), self._there[row, : VX], pose[: VX])
             self._given[row] = pose[VX:]
             self._fresh[row] = True
-            self.seen_ns = max(self.seen_ns, packets[-1].t_ns)
+            self.seen_s = time.monotonic()
 
     def now(self) -> tuple[F64, Bools]:
         """The bodies, float64 [1 + 2 N, 6], and which were seen since the last call, bool [1 + 2 N].

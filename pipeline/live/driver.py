@@ -217,7 +217,7 @@ class Driver:
         attacks = self._blue_attacks()
         if not self._periods or self._periods[-1][1] != attacks:
             self._periods.append((self._t_ns(self._frame), attacks))
-        blind = time.time_ns() - self._tracker.seen_ns > BLIND_S * 1e9
+        blind = time.monotonic() - self._tracker.seen_s > BLIND_S
         self.blind += blind and not self._was_blind
         self._was_blind = blind
         self._set(on=state.playing and not blind, why="vision lost" if blind else "referee")

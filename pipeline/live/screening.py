@@ -83,7 +83,7 @@ class Screen:
         """True if the sender is the one that tells this."""
         key, now = (one.packet.channel, what), one.packet.t_ns
         first, last_ns = self._senders.get(key, (one.sender, now))
-        if first != one.sender and now - last_ns < _SILENT_NS:
+        if first != one.sender and abs(now - last_ns) < _SILENT_NS:
             return self._refuse(one.packet.channel, SECOND)
         if key not in self._senders:
             _forget(self._senders, lambda heard: heard[1], now)
@@ -121,7 +121,7 @@ V = TypeVar("V")
 def _forget(known: dict[K, V], last_ns: Callable[[V], int], now_ns: int) -> None:
     """If there are as many as are distinguished, remove those that were silent."""
     if len(known) >= _TOLD_APART:
-        for key in [key for key, value in known.items() if now_ns - last_ns(value) >= _SILENT_NS]:
+        for key in [key for key, value in known.items() if abs(now_ns - last_ns(value)) >= _SILENT_NS]:
             del known[key]
 
 

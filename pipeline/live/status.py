@@ -59,7 +59,7 @@ class FrameRate:
 
     def rate(self, now_ns: int) -> int:
         """Frames of the last second."""
-        while self._times and now_ns - self._times[0] > _WITHIN_NS:
+        while self._times and abs(now_ns - self._times[0]) > _WITHIN_NS:  # a clock may be set back
             self._times.popleft()
         return len(self._times)
 
