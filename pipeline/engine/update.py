@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
+from pitchlore.pipeline.engine.ahead import ahead
 from pitchlore.pipeline.engine.catalog import check_files, standing_catalogue
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.freshness import FreshnessCache
+from pitchlore.pipeline.engine.knowledge import begin_habits
 from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
 from pitchlore.pipeline.engine.matches import mend_match, remake_receipt
@@ -56,12 +58,17 @@ def bring_up_to_date(
             failed = bring(store, stage_group, settings, scope, report, perform)
         dropped = {output.match for output in failed}
         scope = scope.but(scope.matches if None in dropped else dropped)
+        poses = any(stage.noun == "trajectories" for stage in stage_group)
+        if poses and report.stage("trajectories").made and scope.matches:
+            begin_habits(store.root, scope, settings.knowledge, STAGES["knowledge"])
     nothing = lacking(store, scope) if scope.matches else []
     said = report.stage("matches").notes
     report.notes += [line for line in nothing if line not in said]
     if scope.matches and not nothing:
         known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
         report.knowledge_is_new = bool(known)
+        if known:
+            report.versions["knowledge"].include(ahead.get().paid())  # beside other legs
         if train and known is not None:
             report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
         report.notes += leagues(store.newest_whole("knowledge"))

@@ -106,7 +106,8 @@ class WhenWorthwhile(Processes):
 
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
         """Do a task here or on a process (:meth:`pipeline.engine.placement.executors.Executors.run`)."""
-        if self._left > 0 and self._mine.acquire(timeout=self._left):
+        left = self._left
+        if left > 0 and self._mine.acquire(timeout=left):
             begun = monotonic()
             try:
                 if self._left > 0:
