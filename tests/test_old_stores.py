@@ -1,13 +1,15 @@
 """Data folders with knowledge whose behaviours have no intervals: shown, compared, asked, added to."""
 
+import io
 import json
 
 import polars as pl
+import pyarrow.parquet
 import pytest
 from support.outputs import written
 from support.seasons import evaluation, season
 
-from pitchlore.pipeline.base.errors import SchemaMismatch
+from pitchlore.pipeline.base.errors import CorruptFile, SchemaMismatch
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.knowledge import describe
 from pitchlore.pipeline.engine.stage import Scope
@@ -17,7 +19,7 @@ from pitchlore.pipeline.settings import KnowledgeSettings, Settings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest
-from pitchlore.pipeline.store.tables import from_parquet, joined, to_parquet
+from pitchlore.pipeline.store.tables import SCHEMA_KEY, from_parquet, in_pieces, joined, to_parquet
 from pitchlore.pipeline.store.verification import verify
 from pitchlore.pipeline.store.work import Made
 from pitchlore.schemas import (
@@ -146,12 +148,28 @@ def test_older_evaluations():
     assert from_parquet(old, Evaluations, where="old").equals(now)
 
 
+def test_in_pieces():
+    """A large table is read a row group at a time; what is no table of its schema is refused as ever."""
+    now = season(last=4)[0].pipe(Games.validate)
+    table = now.to_arrow().replace_schema_metadata({SCHEMA_KEY: Games.tag()})
+    pyarrow.parquet.write_table(table, data := io.BytesIO(), row_group_size=3)
+    pieces = list(in_pieces(data.getvalue(), Games, where="games"))
+    assert [piece.height for piece in pieces] == [3] * (now.height // 3) + [now.height % 3] * (now.height % 3 > 0)
+    assert pl.concat(pieces).equals(now)
+    assert [piece.height for piece in in_pieces(to_parquet(now.clear(), Games, where=""), Games, where="")] == [0]
+    with pytest.raises(SchemaMismatch, match="holds table games"):
+        list(in_pieces(data.getvalue(), Growth, where="growth"))
+    with pytest.raises(CorruptFile, match="is not Parquet"):
+        list(in_pieces(data.getvalue()[:-9], Games, where="games"))
+
+
 def test_earlier_enumerations(tmp_path):
     """A word of few in an earlier version may be any now; newer columns are null; other enumerations are refused."""
     now, growth = (table.validate(rows) for table, rows in zip((Games, Growth), season(last=2), strict=True))
     old = written(now.drop("left").with_columns(pl.col("opponent").cast(pl.Enum(["static", "random"]))), "games/1")
     assert from_parquet(old, Games, where="old").equals(now)
     assert joined([old, to_parquet(now, Games, where="new")], Games, where=["old", "new"]).equals(pl.concat([now, now]))
+    assert [piece.equals(now) for piece in in_pieces(old, Games, where="old")] == [True]
     strange = growth.with_columns(pl.col("role").cast(pl.String).cast(pl.Enum([*ROLES, "nobody"])))
     with pytest.raises(SchemaMismatch, match="role"):
         from_parquet(written(strange, "growth/1"), Growth, where="old")

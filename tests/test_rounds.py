@@ -1,6 +1,7 @@
 """Rounds: one columnar pass over all matches gives what each match by itself does."""
 
 import shutil
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +132,21 @@ def test_digests(found, data):
             assert decision_digests(other)[name[0]] != said[name[0]]
         other = part.with_columns(pl.when(pl.int_range(pl.len()) != at).then("behaviour_id"))
         assert decision_digests(other)[name[0]] != said[name[0]]
+
+
+def test_one_pass():
+    """A single pass keeps no chunk: it holds the rows of one in memory, however many matches there are."""
+    tables, sides = league_of([([1, 11], [1], (ONE, TWO))] * 5)
+    seen: list[weakref.ref[pl.DataFrame]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(league, "_CHUNK", 1)
+        chunks = league.LeagueSequences(tables.values, sides)
+        for chunk in chunks.once():
+            seen.append(weakref.ref(chunk))
+        del chunk
+        assert len(seen) > 5
+        assert [found() for found in seen] == [None] * len(seen)
+        assert pl.concat(chunks).equals(pl.concat(chunks.once()))
 
 
 def test_nobody():

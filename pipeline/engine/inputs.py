@@ -72,6 +72,10 @@ class Inputs(Protocol):
     def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """The tables of the outputs of a noun that have one, many in each, in any order; at least one."""
 
+    def pieces(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """The large table of the only output of a noun, in pieces; errors as for :meth:`table`."""
+        yield self.table(noun, schema)
+
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """A file other than a table, of each output of a noun; None where there is none."""
 
@@ -170,6 +174,11 @@ class StoreInputs(Inputs):
     def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""
         return read_joined(self._store, self[noun], schema)
+
+    def pieces(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """As for the protocol."""
+        (receipt,) = self[noun]
+        return self._store.read_pieces(receipt, schema.NAME, schema)
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """As for the protocol."""

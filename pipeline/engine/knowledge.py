@@ -93,7 +93,8 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     known = behaviours(inputs.tables("behaviours", Patterns), version)
     if before is not None:
         known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
-    decisions = ((part, sides) for part in inputs.table("decisions", Decisions).iter_slices(_AT_ONCE))
+    decisions = ((part, sides) for piece in inputs.pieces("decisions", Decisions)
+                 for part in piece.iter_slices(_AT_ONCE))
     can = known.filter("kept", **learner._asdict())["behaviour_id"] if learner is not None else None
     occurred = occasions(decisions, learner, version, settings, can)
     matches = len(inputs["sides"])

@@ -46,7 +46,7 @@ def all_decisions(
     names = pl.Series("match_id", league.matches, dtype=pl.String)
     seen = [
         found.with_columns(names.gather(found["match_id"])).cast(pl.Schema(Decisions.dtypes()))
-        for found in (observed_decisions(chunk, owned) for chunk in league)
+        for found in (observed_decisions(chunk, owned) for chunk in league.once())
     ]
     return complete(pl.concat([Decisions.empty(), *seen]), choices)
 

@@ -18,7 +18,7 @@ from pitchlore.pipeline.store.files import Files
 from pitchlore.pipeline.store.meter import count_read
 from pitchlore.pipeline.store.receipts import FileRecord, Manifest, Receipt
 from pitchlore.pipeline.store.sealed import REMEDY_OF_VERSION, read_model, remedy_of
-from pitchlore.pipeline.store.tables import from_parquet, joined
+from pitchlore.pipeline.store.tables import from_parquet, in_pieces, joined
 from pitchlore.schemas import Table
 
 M = TypeVar("M", bound=BaseModel)
@@ -116,6 +116,11 @@ class Reading(Files):
         """
         data = self.read(receipt, role)
         return from_parquet(data, schema, where=str(self.folder(receipt) / receipt.files[role].path))
+
+    def read_pieces(self, receipt: Receipt, role: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """A large table, a million rows at a time; errors as for :meth:`read_table`."""
+        data = self.read(receipt, role)
+        return in_pieces(data, schema, where=str(self.folder(receipt) / receipt.files[role].path))
 
     def read_tables(self, receipts: Sequence[Receipt], role: str, schema: type[Table]) -> pl.DataFrame:
         """The tables of some outputs, joined in their order; several times faster than one by one.

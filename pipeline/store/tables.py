@@ -110,6 +110,23 @@ def scan(paths: Sequence[str], schema: type[Table]) -> pl.LazyFrame:
     return pl.concat(parts)
 
 
+def in_pieces(data: bytes, schema: type[Table], *, where: str) -> Iterator[pl.DataFrame]:
+    """The table in Parquet bytes, a row group at a time; errors as for :func:`from_parquet`."""
+    with suppress(pyarrow.ArrowException):
+        groups = pyarrow.parquet.ParquetFile(io.BytesIO(data)).metadata
+        if (groups.metadata or {}).get(SCHEMA_KEY.encode()) == schema.tag().encode():
+            first, scanned = 0, pl.scan_parquet(io.BytesIO(data))
+            for place in range(groups.num_row_groups):
+                rows = groups.row_group(place).num_rows
+                frame = scanned.slice(first, rows).collect()
+                _check_columns(frame, schema, where)
+                yield frame
+                first += rows
+            return
+    # it is of an earlier version, or damaged
+    yield from_parquet(data, schema, where=where)
+
+
 def _former(schema: type[Table], name: str) -> pl.Expr:
     """A column that a file of an earlier version lacks."""
     return pl.lit(schema.FORMER.get(name), dtype=schema.dtypes()[name]).alias(name)

@@ -61,7 +61,7 @@ class LeagueSequences:
             yield from self._kept
             return
         kept, rows = list[pl.DataFrame](), 0
-        for chunk in self._read():
+        for chunk in self.once():
             rows += chunk.height
             kept.append(chunk)
             if rows > _KEPT:
@@ -70,7 +70,8 @@ class LeagueSequences:
         if rows <= _KEPT:
             self._kept = kept
 
-    def _read(self) -> Iterator[pl.DataFrame]:
+    def once(self) -> Iterator[pl.DataFrame]:
+        """The chunks for a single pass: none is kept."""
         part, rows = [Sequences.empty()], 0
         for table in self._sequences():
             part.append(table)
