@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -386,8 +383,7 @@ def _standing(
         together = [{match: sources[match] for match in young[i:i + parts.MATCHES]}
                     for i in range(0, len(young) - parts.MATCHES + 1, parts.MATCHES)]
         try:
-            with ThreadPoolExecutor(os.cpu_count()) as pool:  # compressing releases the GIL
-                found.extend(pool.map(partial(parts.join_matches, store), together))
+            found.extend(parts.join_matches(store, some) for some in together)
         except StorageFailed as error:  # questions take longer without
             _log.warning("Matches could not be joined: %s", error)
     return found

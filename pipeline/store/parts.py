@@ -9,7 +9,9 @@ its other matches are joined anew.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +20,7 @@ import pyarrow.parquet
 
 from pitchlore.pipeline.base.digests import canonical, digest, digest_of_file
 from pitchlore.pipeline.base.errors import CorruptFile
-from pitchlore.pipeline.base.system import whole
+from pitchlore.pipeline.base.system import cores, whole
 from pitchlore.pipeline.base.toml import Frozen
 from pitchlore.pipeline.store.meter import count_read, count_written
 from pitchlore.pipeline.store.paths import listed
@@ -133,10 +135,11 @@ def join_matches(store: Reading, sources: Mapping[str, Sequence[Source]]) -> Clo
     """
     matches = tuple(sorted(sources))
     every = [each for match in matches for each in sources[match]]
-    files = {}
-    for table in sorted({each.table for each in every}):
-        of_table = [each for each in every if each.table == table]
-        files[table] = _joined(store, JOINED[table], of_table)
+    tables = sorted({each.table for each in every})
+    of_table = [[each for each in every if each.table == table] for table in tables]
+    with ThreadPoolExecutor(cores()) as pool:  # compressing releases the GIL
+        files = dict(zip(tables, pool.map(
+            partial(_joined, store), (JOINED[table] for table in tables), of_table), strict=True))
     part = ClosedPart(matches=matches, members=members_of(every), files=files)
     store.write_bytes(store.root / part.index, sealed(part))
     return part
