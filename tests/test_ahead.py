@@ -7,30 +7,30 @@ import pytest
 from conftest import fill, run
 
 from pitchlore.pipeline.engine import habits, knowledge
-from pitchlore.pipeline.engine.ahead import Early, ahead, looking_ahead
+from pitchlore.pipeline.engine.ahead import ahead, go_on, looking_ahead
 from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, Settings
 
 
 def test_taken():
-    """What was begun is taken by its key, and by no other; its cost is known once it was taken."""
+    """Work that was begun is taken by its key, and by no other; its cost is known once it was taken."""
     with looking_ahead() as early:
         assert ahead.get() is early
         assert early.take("a") is None
-        early.begin(lambda: Early("a", lambda: "done"))
+        early.begin(lambda: ("a", lambda: "done"))
         assert early.take("b") is None
-        assert early.paid().seconds == 0
+        assert early.cost.seconds == 0
         assert early.take("a") == "done"
-        assert early.paid().seconds > 0
-        assert early.paid().pieces == 0
+        assert early.cost.seconds > 0
+        assert early.cost.pieces == 0
 
 
 def fails():
     raise ZeroDivisionError
 
 
-@pytest.mark.parametrize("prepare", [lambda: None, fails, lambda: Early("a", fails)], ids=["none", "unplanned", "failed"])
+@pytest.mark.parametrize("prepare", [lambda: None, fails, lambda: ("a", fails)], ids=["none", "unplanned", "failed"])
 def test_not_taken(prepare):
-    """What cannot be begun, or fails, is left to its turn."""
+    """Work that cannot be begun, or fails, is left to its turn."""
     with looking_ahead() as early:
         early.begin(prepare)
         assert early.take("a") is None
@@ -38,20 +38,20 @@ def test_not_taken(prepare):
 
 @pytest.mark.parametrize("error", [None, KeyboardInterrupt])
 def test_given_up(error):
-    """What nobody takes stops at its next step. A run that has ended waits for it; one that was stopped does not."""
+    """Work that nobody takes stops at its next step. A run that has ended waits for it; one that was stopped does not."""
     begun, go, stopped = Event(), Event(), []
 
     def work():
         begun.set()
         go.wait()
         try:
-            early.go_on()
+            go_on()
         except CancelledError:
             stopped.append(True)
             raise
 
     with pytest.raises(KeyboardInterrupt) if error else looking_ahead(), looking_ahead() as early:
-        early.begin(lambda: Early("a", work))
+        early.begin(lambda: ("a", work))
         begun.wait()
         if error:
             raise error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 
 from pitchlore.pipeline.base.digests import canonical, digest
-from pitchlore.pipeline.engine.ahead import Early, ahead
+from pitchlore.pipeline.engine.ahead import Early, ahead, go_on
 from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs, by_day
 from pitchlore.pipeline.engine.outputs import digests
 from pitchlore.pipeline.engine.placement.executors import Executors, Here, executors
@@ -137,28 +137,14 @@ def of_version(
 
 
 def early_habits(
-    inputs: StoreInputs, team: Team, sides: pl.DataFrame, settings: KnowledgeSettings, before: str,
-    go_on: Callable[[], None],
+    inputs: StoreInputs, team: Team, sides: pl.DataFrame, settings: KnowledgeSettings, before: str
 ) -> Early | None:
-    """The habits that :func:`of_version` learns, as work that may be begun as soon as there are poses.
-
-    Args:
-        inputs: as for :func:`of_version`, of a run that recovers options.
-        team: the team that policies imitate.
-        sides: rows of schema Sides of the version's matches.
-        settings: settings of the version.
-        before: the noun of the version before.
-        go_on: as for :meth:`pipeline.engine.ahead.Ahead.go_on`.
-
-    Returns:
-        None if the habits of the version before stand.
-    """
+    """The habits that :func:`of_version` learns of poses; its arguments. None if those of before stand."""
     mine = sides_of(team, sides)
     poses = _poses(inputs, mine)
     if any(newer_matches(held, team, poses) is not None for held in inputs[before]):
         return None
-    return Early(_key(inputs, team, mine, settings), partial(
-        _of_newest, inputs, team, mine, poses, settings, go_on))
+    return _key(inputs, team, mine, settings), partial(_of_newest, inputs, team, mine, poses, settings)
 
 
 def _key(inputs: Inputs, team: Team, mine: pl.DataFrame, settings: KnowledgeSettings) -> str:
@@ -172,8 +158,7 @@ def _key(inputs: Inputs, team: Team, mine: pl.DataFrame, settings: KnowledgeSett
 
 
 def _learned(
-    inputs: Inputs, team: Team, settings: KnowledgeSettings, clues: pl.DataFrame, how: dict[str, Any],
-    go_on: Callable[[], None] = lambda: None,
+    inputs: Inputs, team: Team, settings: KnowledgeSettings, clues: pl.DataFrame, how: dict[str, Any]
 ) -> VersionHabits:
     """The habits that a team's clues tell, and how these were gathered."""
     from pitchlore.pipeline.stages.options.of_team import fit_habits, team_habits  # noqa: PLC0415 (it loads scikit-learn)
@@ -258,8 +243,7 @@ def _of_all(inputs: Inputs, mine: pl.DataFrame, at_most: int) -> tuple[pl.DataFr
 
 
 def _of_newest(
-    inputs: Inputs, team: Team, mine: pl.DataFrame, poses: Mapping[str, Poses], settings: KnowledgeSettings,
-    go_on: Callable[[], None] = lambda: None,
+    inputs: Inputs, team: Team, mine: pl.DataFrame, poses: Mapping[str, Poses], settings: KnowledgeSettings
 ) -> VersionHabits:
     """The habits of a team by as many of its newest matches as fit.
 
@@ -288,7 +272,7 @@ def _of_newest(
     learned = pl.concat([Clues.empty(), *taken]).drop_nulls("role")
     return _learned(inputs, team, settings, learned, {
         "window_s": settings.recover.window_s, "windows": learned.height, "matches": len(clues),
-        "newest": order[0], "newer": 0, "of": {match: poses[match].sha256 for match in clues}}, go_on)
+        "newest": order[0], "newer": 0, "of": {match: poses[match].sha256 for match in clues}})
 
 
 def _clues(

@@ -126,8 +126,6 @@ def begin_habits(data: Path, scope: Scope, settings: KnowledgeSettings, stage: S
         settings: settings of the version.
         stage: the stage of the versions.
     """
-    early = ahead.get()
-
     def prepare() -> Early | None:
         store = Store(data)
         receipts = _watched(store, scope)
@@ -141,10 +139,10 @@ def begin_habits(data: Path, scope: Scope, settings: KnowledgeSettings, stage: S
         adds_to = parent if settings.accumulate else None
         team = imitated(_added_up(adds_to, teams(sides)), settings.imitate,
                         imitates(adds_to) if adds_to is not None else None)
-        return None if team is None else early_habits(inputs, team, sides, settings, _BEFORE, early.go_on)
+        return None if team is None else early_habits(inputs, team, sides, settings, _BEFORE)
 
     if settings.recover is not None and len(scope.matches) >= MANY:  # of few, stages work in this process
-        early.begin(prepare)
+        ahead.get().begin(prepare)
 
 
 def _watched(store: Store, scope: Scope) -> dict[str, list[Receipt]]:

@@ -68,7 +68,7 @@ def bring_up_to_date(
         known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
         report.knowledge_is_new = bool(known)
         if known:
-            report.versions["knowledge"].include(ahead.get().paid())  # beside other legs
+            report.versions["knowledge"].include(ahead.get().cost)  # beside other legs
         if train and known is not None:
             report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
         report.notes += leagues(store.newest_whole("knowledge"))
