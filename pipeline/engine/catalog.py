@@ -47,6 +47,11 @@ def catalog_path(store: Store) -> Path:
 
 
 def check_files(store: Store) -> list[Vouched]:
+    """The files that are damaged or lost (:func:`look_at_files`)."""
+    return look_at_files(store)[1]
+
+
+def look_at_files(store: Store) -> tuple[Stamp | None, list[Vouched]]:
     """Check the files that are new, or were touched since the catalogue was made, against their SHA-256.
 
     The store suspects the damaged files from now on: outputs that have one of them are not done, so that they
@@ -54,19 +59,14 @@ def check_files(store: Store) -> list[Vouched]:
     ``pitchlore verify``.
 
     Returns:
-        The files that are damaged or lost.
+        The catalogue's stamp if it has every file as it is, else None; and the files that are damaged or lost.
     """
     with store.keeping():
-        known, records = catalog.listing(catalog_path(store)), records_of(store)
-        return [] if _stands(store, known, records) else look_over(store, known or {}, records).damaged
-
-
-def standing_catalogue(store: Store) -> Stamp | None:
-    """The stamp of the catalogue if it has every file as it is, and so none is suspect; else None."""
-    with store.keeping():
         path = catalog_path(store)
-        seen, known = stamp_if_there(str(path)), catalog.listing(path)
-        return seen if _stands(store, known, records_of(store)) else None
+        seen, known, records = stamp_if_there(str(path)), catalog.listing(path), records_of(store)
+        if _stands(store, known, records):
+            return seen, []
+        return None, look_over(store, known or {}, records).damaged
 
 
 def _stands(store: Store, known: catalog.Listing | None, records: Mapping[str, catalog.Glance]) -> bool:

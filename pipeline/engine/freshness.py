@@ -89,7 +89,7 @@ class Idle(Frozen):
 
 
 class Standing:
-    """A data folder that is as its catalogue has it (:func:`pipeline.engine.catalog.standing_catalogue`).
+    """A data folder that is as its catalogue has it (:func:`pipeline.engine.catalog.look_at_files`).
 
     The catalogue lists every receipt and file. So what a run found with the same catalogue, stages and
     settings is so again. Nothing is remembered of a bucket, for another machine may write to it.

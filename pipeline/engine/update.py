@@ -7,7 +7,7 @@ from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
 from pitchlore.pipeline.engine.ahead import ahead
-from pitchlore.pipeline.engine.catalog import check_files, standing_catalogue
+from pitchlore.pipeline.engine.catalog import check_files, look_at_files
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.freshness import FreshnessCache
 from pitchlore.pipeline.engine.knowledge import begin_habits
@@ -113,20 +113,23 @@ def look_for_damage(store: Store, report: RunReport) -> Stamp | None:
     Returns:
         The stamp of the catalogue if it has every file as it is; else None.
     """
-    if (catalogue := standing_catalogue(store)) is not None:
+    catalogue, damaged = look_at_files(store)
+    if catalogue is not None:
         return catalogue
     for record in store.quarantined():
         if record.noun == "matches" and record.error == CorruptFile.__name__ and store.readable(
                 "matches", record.name) is not None:  # it was restored
             store.release("matches", record.name)
-    for name, error in store.unreadable_receipts("matches").items():
+    unreadable = store.unreadable_receipts("matches")
+    for name, error in unreadable.items():
         if remake_receipt(store, name):
             report.stage("matches").made.append(name)
         else:
             if SAFE_NAME.match(name):  # else it is a stray copy, and of no match
                 store.quarantine("matches", name, error)
             report.stage("matches").failed[name] = str(error)
-    damaged = check_files(store)
+    if unreadable:
+        damaged = check_files(store)
     for file in damaged:
         if file.receipt.noun == "matches":
             mend_match(store, file.receipt)
