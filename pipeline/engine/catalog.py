@@ -59,7 +59,7 @@ def look_at_files(store: Store) -> tuple[Stamp | None, list[Vouched]]:
     ``pitchlore verify``.
 
     Returns:
-        The catalogue's stamp if it has every file as it is, else None; and the files that are damaged or lost.
+        The catalogue's stamp if it has every file as it is, else None; and the damaged or lost files.
     """
     with store.keeping():
         path = catalog_path(store)
