@@ -68,7 +68,7 @@ def test_positions_alone(call, data):  # type: ignore[no-untyped-def]
     assert {goal["origin"] for goal in goals} == {"ball"}
     assert all(goal["confidence"] >= 0.9 for goal in goals)
     out = call("commentary", "team", "--data", data)[1]
-    assert out.count("Goals were found from the ball: each is at least 95% sure") == 1
+    assert out.count("Goals were found from the ball: each is at least 95 % sure") == 1
     assert "% sure.)" not in out, "a goal says how sure it is only where that is less"
     assert "score unknown" in out
     assert "(found from the ball)" in out

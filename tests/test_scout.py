@@ -245,7 +245,7 @@ def test_swings():
     line = re.search(r'class="swing" d="(.*?)"', drawn)[1]
     assert line.count("M") == 4, "no line leads over a restart or a hole"
     assert re.search(r'<a href="m.html#goal-1" aria-label="goal &lt;x&gt;">.*?class="goal-at away" d="M50 20V40"', drawn)
-    assert re.findall(r"<span>([-+.\d]+)</span>", drawn) == ["+0.6", "+0.3", "0", "-0.3", "-0.6"]
+    assert re.findall(r"<span>([−+.\d]+)</span>", drawn) == ["+0.6", "+0.3", "0", "−0.3", "−0.6"]
     close = [two._replace(end_ns=two.end_ns + step * 10**8) for step in range(5)]
     numbers = [(float(x), float(y)) for x, y in re.findall(r'class="nth" style="left:(.*?)%;top:(.*?)px"', str(on_top(found, [], "top", 20.0, None, close)))]
     assert len(numbers) == 5
@@ -448,7 +448,7 @@ def test_keepers_differ():
     """Newcombe's interval of two shares' difference: his example (a) is told from chance, (d) is not."""
     assert verdict(Share(56, 70, 0, 1), Share(48, 80, 0, 1)) == "It saves more than the others: +20 percentage points [+5, +33]."
     assert verdict(Share(48, 80, 0, 1), Share(56, 70, 0, 1)).startswith("It saves less")
-    assert verdict(Share(5, 56, 0, 1), Share(0, 29, 0, 1)) == "The difference, +9 percentage points [-4, +19], is not larger than chance gives."
+    assert verdict(Share(5, 56, 0, 1), Share(0, 29, 0, 1)) == "The difference, +9 percentage points [−4, +19], is not larger than chance gives."
     assert verdict(None, Share(5, 10, 0, 1)).startswith("Too few")
 
 
@@ -593,5 +593,9 @@ def test_report_prints(pages, page, tmp_path):
     for found in (pages.first.parent / "against").glob("*.html"):
         page.goto(found.as_uri())
         page.emulate_media(media="print")
+        page.pdf(path=tmp_path / "report.pdf", prefer_css_page_size=True)
+        assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "report.pdf").read_bytes())) == 1
+        # sentences as long as the longest of leagues
+        page.evaluate("document.querySelectorAll('.sheet section > p:not(.legend)').forEach((it) => { it.textContent = 'words of it '.repeat(15); })")
         page.pdf(path=tmp_path / "report.pdf", prefer_css_page_size=True)
         assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "report.pdf").read_bytes())) == 1

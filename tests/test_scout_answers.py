@@ -10,13 +10,14 @@ import pytest
 
 from pitchlore.pipeline.views.commentary.words import side_names
 from pitchlore.pipeline.views.scout.changes import change, change_of_count, reported_changes
-from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_match
+from pitchlore.pipeline.views.scout.content.answers import goals_of, kept, of_match, scores_by
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
-from pitchlore.pipeline.views.scout.content.opponent import saves
+from pitchlore.pipeline.views.scout.content.opponent import _within, saves
 from pitchlore.pipeline.views.scout.content.sources import against_itself, matches_in_words, played, team_name
 from pitchlore.pipeline.views.scout.content.teams import LEAST_S, _led
 from pitchlore.pipeline.views.scout.facts import ByLead
 from pitchlore.pipeline.views.scout.leadup import lead_ups
+from pitchlore.pipeline.views.scout.restarts import Share
 from pitchlore.pipeline.views.scout.scored import Scored, again, lost_before, scored, summary
 from pitchlore.pipeline.views.scout.shooting import MEANS, shooting
 from pitchlore.pipeline.views.scout.words import went_with
@@ -182,6 +183,8 @@ def test_summary():
     found = summary(made(), {1: "striker"})
     assert [(line.says, line.n, line.shots) for line in found.kinds] == [
         ("direct", 1, 1), ("indirect", 1, 0), ("error", 1, 0), ("unknown", 1, 0)]
+    assert scores_by(made(), {})[0].startswith("4 goals: 1 direct, 1 indirect, 1 by error, 1 unknown.")
+    assert _within(Share(8, 140, 0.029, 0.109)) == " (6\u00a0% [3, 11])"
     assert (found.scorers[0].says, found.scorers[0].n) == ("robot 1 (striker)", 2)
     assert (found.run.codes, found.run.n, found.run.of) == ((1, 21), 2, 2)
     assert (found.n, found.whole.shots, found.thirds) == (4, 1, (0, 0, 1))
@@ -223,7 +226,7 @@ def test_change_within_chance():
     assert change_of_count(50, 50, (60.0, 120.0)).beyond
     assert (great.low, great.high) == (-14, 14), "binomial of 50 at one half: 18 to 32 lie within 95 %"
     assert reported_changes([("passes", small)]) == "No count changed by more than chance gives."
-    assert "passes 10 to 40 (+30; chance gives -14 to +14)" in reported_changes([("passes", great), ("shots", small)])
+    assert "passes 10 to 40 (+30; chance gives −14 to +14)" in reported_changes([("passes", great), ("shots", small)])
 
 
 def test_no_change_is_known():
@@ -316,8 +319,8 @@ def test_differences_are_compared(pages, page):
     matches = page.locator("#matches .found")
     assert matches.locator("thead a").count() == 2
     cells = matches.locator("tbody tr").nth(3).locator("td").all_inner_texts()
-    assert int(cells[4]) == int(cells[2]) - int(cells[0])
-    assert "two leagues" not in page.locator("#teams .found").inner_text()
+    assert int(cells[4].replace("−", "-")) == int(cells[2]) - int(cells[0])
+    assert "two leagues" not in page.locator("#teams .found").first.inner_text()
     page.locator("#behaviours .found tbody tr").first.wait_for()
     versions = [page.locator(f"[data-version='{side}']").input_value() for side in (0, 1)]
     teams = [page.locator(f"#behaviours [data-side='{side}']").input_value() for side in (0, 1)]

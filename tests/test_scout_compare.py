@@ -150,7 +150,7 @@ def test_compares(pages, page):
     rows = page.locator("#behaviours .found tbody tr")
     rows.first.wait_for()
     every = rows.count()
-    assert "in both" in page.locator("#behaviours .found").inner_text()
+    assert "in both" in page.locator("#behaviours .found").first.inner_text()
     counts = []
     for only in ("first", "second"):
         page.select_option("[data-show]", only)
@@ -170,16 +170,48 @@ def test_differences_are_of_shown_numbers(pages, page):
     """A difference is that of the two numbers beside it, and a team keeps its columns where it changes sides."""
     page.goto((pages.first.parent / "compare.html").as_uri())
     page.locator("#matches .found tbody tr").first.wait_for()
-    assert page.evaluate("[less(0.526, 0.534, true), less(0.534, 0.536, true), less(2.04, 2.06, false, 1), less(null, 1)]") == ["0", "+1", "+0.1", "–"]
+    assert page.evaluate("[less(0.526, 0.534, true), less(0.536, 0.534, true), less(2.04, 2.06, false, 1), less(null, 1)]") == ["0", "−1", "+0.1", "–"]
     page.evaluate("""() => { const [one] = league.matches;
         league.matches.push({ ...one, id: "turned", names: [...one.names].reverse(), numbers: [...one.numbers].reverse() });
-        document.querySelector("#matches .found").replaceChildren(...twoMatches(one.id, "turned")); }""")
+        document.querySelectorAll("#matches .found")[1].replaceChildren(...twoMatches(one.id, "turned")); }""")
     heads = page.locator("#matches .found thead tr").last.locator("th").all_inner_texts()
     assert heads[-6:-4] == heads[-4:-2] == heads[-2:]
     for row in page.locator("#matches .found tbody tr").all():
         cells = row.locator("td").all_inner_texts()
         assert cells[:2] == cells[2:4]
         assert {*cells[4:]} <= {"0", "0.00", "–"}
+
+
+def test_a_phone_folds_comparisons(pages, page):
+    """On a phone the tables of a comparison are folded below what is chosen and said; an address opens its own."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    address = (pages.first.parent / "compare.html").as_uri()
+    page.goto(address)
+    page.locator("#sets .found p:visible").first.wait_for()
+    assert not page.locator("main table:visible").count()
+    page.locator("#matches summary").click()
+    page.locator("#matches table:visible").wait_for()
+    page.select_option("#matches [data-side='1']", index=0)
+    assert page.locator("#matches table:visible").count() == 1, "another choice leaves it open"
+    page.locator(".sections a[href='#sets']").click()
+    page.locator("#sets table:visible").wait_for()
+    slug = page.locator("#teams [data-side='0']").input_value()
+    page.goto("about:blank")
+    page.goto(f"{address}#teams={slug}")
+    page.locator("#teams table:visible").wait_for()
+    assert not page.locator("#matches table:visible").count()
+
+
+def test_numbers_of_comparisons(pages, page):
+    """Ends of an interval stand without percent signs, as on other pages, and matches are called without digests."""
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    page.locator("#matches .found tbody tr").first.wait_for()
+    assert page.evaluate("interval([0.53, 0.426, 0.634, 7, false], true)") == "53\u00a0% [43, 63]"
+    assert page.evaluate("interval([-1, -2, 0.5, 7, false], false)") == "−1.0 [−2.0, 0.5]"
+    assert page.evaluate("named({ id: 'a-b-2026-10-17-45b9335eb643', names: ['A', 'B'], score: '1 : 0' })") == "a-b-2026-10-17: A 1 : 0 B"
+    order = """() => { const made = table(["", "n"], [["b", "−2"], ["c", "10"], ["a", "−10"]]); sortable(made);
+        made.tHead.rows[0].cells[1].click(); return [...made.tBodies[0].rows].map((row) => row.cells[0].textContent); }"""
+    assert page.evaluate(order) == ["a", "b", "c"], "below zero by size"
 
 
 def test_no_test_of_few_matches(pages, page):

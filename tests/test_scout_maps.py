@@ -14,6 +14,7 @@ from support.league import HOSTILE
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.query import ask
+from pitchlore.pipeline.views.commentary.words import in_digits
 from pitchlore.pipeline.views.scout.content.learned import Learned
 from pitchlore.pipeline.views.scout.content.sources import newest, played
 from pitchlore.pipeline.views.scout.content.teams import gallery
@@ -237,7 +238,7 @@ def test_pages_say_what_the_tables_say(store, pages, learned):
         for (n, neuron), own in learned.grams(team).group_by("n", "neuron"):
             most = own.sort("count", "role", "codes", descending=[True, False, False]).row(0, named=True)
             text = unescape(panels[f"n{n}-{neuron}"])
-            assert f'<td class="n">{most["count"]}</td><td class="n">{round(most["value_sum"] / most["count"], 3) + 0.0:.3f}</td>' in text
+            assert f'<td class="n">{most["count"]}</td><td class="n">{in_digits(most["value_sum"] / most["count"], 3)}</td>' in text
         begun = transitions(learned.decisions(team)).begun
         assert f"n = {begun['n'].sum()} decisions" in shown
         assert f"begun {begun['n'][0]} times" in shown

@@ -16,7 +16,7 @@ from pitchlore.pipeline.game.roles import roles
 from pitchlore.pipeline.game.touches import touches
 from pitchlore.pipeline.views.commentary.moments import Moment, Weight
 from pitchlore.pipeline.views.commentary.settings import CommentarySettings
-from pitchlore.pipeline.views.commentary.words import DONE, OTHER, robot, score_words, story
+from pitchlore.pipeline.views.commentary.words import DONE, OTHER, percent, robot, score_words, story
 from pitchlore.schemas import SIDES
 
 #: Seconds from which on a team held the ball: what is shorter is a touch.
@@ -199,4 +199,4 @@ def usual_confidence(goals: pl.DataFrame) -> float | None:
 def _less_sure(confidence: float | None, usual: float | None) -> str:
     """How sure a goal is, where that is less than is usual in the match, which is said once."""
     known = confidence is not None and usual is not None and round(confidence, 2) < usual
-    return f" (Only {confidence:.0%} sure.)" if known else ""
+    return f" (Only {percent(confidence)} sure.)" if known else ""

@@ -42,6 +42,24 @@ def time_elapsed(t_ns: int) -> str:
     return f"{seconds // 60}:{seconds % 60:02d}"
 
 
+def percent(share: float | None) -> str:
+    """A share in percent, – for None; with a digit more where it is nearly, and not quite, none or all."""
+    if share is None:
+        return "–"
+    nearly = 0 < share < 1 and not 0.005 <= share < 0.995
+    return f"{100 * share:.{1 if nearly else 0}f}\u00a0%"
+
+
+def in_digits(value: float | None, digits: int = 2) -> str:
+    """A number with digits after the point, – for None; no minus before a zero."""
+    return "–" if value is None else with_minus(f"{round(value, digits) + 0.0:.{digits}f}")
+
+
+def with_minus(text: str) -> str:
+    """A text of numbers with the sign for minus in place of hyphens."""
+    return text.replace("-", "−")
+
+
 def side_names(home: str, away: str) -> dict[str, str]:
     """Name of each side: its team, and the side, too, where a team plays itself."""
     return {side: name if home != away else f"{name} ({side})"

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from pitchlore.pipeline.views.commentary.words import with_minus
+
 #: Changes that are reported in words; share of chance's changes that lie within its range.
 TOLD, _WITHIN = 3, 0.95
 
@@ -80,7 +82,8 @@ def reported_changes(changes: Sequence[tuple[str, Change | None]]) -> str:
     if not beyond:
         return "No count changed by more than chance gives."
     named = "; ".join(
-        f"{name} {it.first} to {it.second} ({it.value:+}; chance gives {it.low:+} to {it.high:+})"
+        f"{name} {it.first} to {it.second} "
+        + with_minus(f"({it.value:+}; chance gives {it.low:+} to {it.high:+})")
         for name, it in beyond[:TOLD])
     more = f", the {TOLD} greatest of {len(beyond)}" if len(beyond) > TOLD else ""
     return (f"Larger than chance gives{more}: {named}. "

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.views.commentary.words import with_minus
 from pitchlore.schemas.behaviours import SHOWN_FROM
 
 #: No robot.
@@ -85,8 +86,9 @@ def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:
     ordered = occurrences.sort("change", *keys)
     return {
         str(name): [
-            Clip.about(row, row["t_ns"], row["done_ns"], f"{kind}, {round(row['change'], 2) + 0.0:+.2f}",
-                       before_s=LEAD_S, after_s=TAIL_S)
+            Clip.about(
+                row, row["t_ns"], row["done_ns"], with_minus(f"{kind}, {round(row['change'], 2) + 0.0:+.2f}"),
+                before_s=LEAD_S, after_s=TAIL_S)
             for kind, part in _parts(rows) for row in part.iter_rows(named=True)]
         for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}
 

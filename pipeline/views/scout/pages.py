@@ -16,6 +16,7 @@ from markupsafe import Markup, escape
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.views import glossary
+from pitchlore.pipeline.views.commentary.words import in_digits, percent, with_minus
 from pitchlore.pipeline.views.replay import asset, strict
 from pitchlore.pipeline.views.scout.moments import moment
 from pitchlore.pipeline.views.scout.shooting import outcome_words
@@ -33,9 +34,9 @@ def _environment() -> Environment:
     made = Environment(
         loader=PackageLoader("pitchlore.pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True)
-    made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
-                     "short": _short, "number_of": number_of, "outcome": outcome_words, "shell": shlex.quote}
-    made.filters |= {"typed": _typed, "sure": sure_words}
+    made.filters |= {"percent": percent, "clock": _clock, "number": in_digits, "minus": with_minus,
+                     "code": "{:03d}".format, "short": _short, "number_of": number_of}
+    made.filters |= {"outcome": outcome_words, "shell": shlex.quote, "typed": _typed, "sure": sure_words}
     made.globals |= {"moment": _moment, "few_goals": _few_goals, "terms": glossary.TERMS}
     return made
 
@@ -90,13 +91,6 @@ def _few_goals(context: Context, kinds: Iterable[str]) -> Markup:
                              for kind in sorted({*kinds}) if kind in few)
 
 
-def _percent(share: float | None) -> str:
-    if share is None:
-        return "–"
-    nearly = 0 < share < 1 and not 0.005 <= share < 0.995  # neither none nor all
-    return f"{100 * share:.{1 if nearly else 0}f}\u00a0%"
-
-
 def _short(match: str) -> str:
     """A match's id without the digest at its end."""
     return re.sub(r"(?<=.)-[0-9a-f]{12}$", "", match)
@@ -104,7 +98,3 @@ def _short(match: str) -> str:
 
 def _clock(seconds: float) -> str:
     return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
-
-
-def _number(value: float | None, digits: int = 2) -> str:
-    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"  # no minus before a zero

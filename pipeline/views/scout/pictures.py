@@ -14,6 +14,7 @@ from markupsafe import Markup, escape
 
 from pitchlore.pipeline.game.pitch import MARKINGS, Pitch
 from pitchlore.pipeline.numbers.arrays import F64
+from pitchlore.pipeline.views.commentary.words import percent
 
 #: Cells of a heat map along and across the pitch.
 CELLS = (24, 16)
@@ -130,7 +131,7 @@ def on_pitch(
 def _thirds(cells: F64) -> str:
     """How much of a heat map is in each third of the pitch, in words."""
     shares = [float(part.sum()) for part in np.array_split(cells, 3, axis=1)]
-    return ", ".join(f"{share:.0%} in {name}" for share, name in zip(shares, (
+    return ", ".join(f"{percent(share)} in {name}" for share, name in zip(shares, (
         "the own third", "the middle third", "the attacking third"), strict=True))
 
 

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from pitchlore.pipeline.arena.teams.appraising import action_values_at, appraiser_of
 from pitchlore.pipeline.game.pitch import Pitch
+from pitchlore.pipeline.views.commentary.words import percent
 from pitchlore.pipeline.views.scout.pictures import Mark, on_pitch
 from pitchlore.schemas import ROLES
 from pitchlore.schemas.sights import SIGHT
@@ -98,6 +99,6 @@ def preference_picture(moments: pl.DataFrame, letters: Mapping[str, str], pitch:
         best, share = found["behaviour_id"][0], float(found["len"][0]) / total
         x, y = (int(column) + 0.5) * wide - pitch.length / 2, (int(row) + 0.5) * high
         size = _DOT[0] + (_DOT[1] - _DOT[0]) * share
-        says = f"{letters[best]} in {share:.0%} of {total} moments"
+        says = f"{letters[best]} in {percent(share)} of {total} moments"
         marks += [Mark(x, side * y, "mark home", says, size=size, letter=letters[best]) for side in (1, -1)]
     return on_pitch(pitch, label, marks=marks)

@@ -11,7 +11,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.numbers.arrays import F64
-from pitchlore.pipeline.views.commentary.words import enumerated, time_elapsed
+from pitchlore.pipeline.views.commentary.words import enumerated, percent, time_elapsed
 from pitchlore.schemas import SIDES
 
 #: Seconds within which a change of V is a swing; swings that are named; a hole in V that ends a stretch.
@@ -110,7 +110,7 @@ def on_top_words(played: Sequence[BalanceLine], names: Mapping[str, str]) -> str
         return ""
     home, away = (float((sign * v > 0).mean()) for sign in (1, -1))
     first, share = (SIDES[0], home) if home >= away else (SIDES[1], away)
-    return f"{names[first]} had the better chance for {100 * share:.0f}\u00a0% of the time in play."
+    return f"{names[first]} had the better chance for {percent(share)} of the time in play."
 
 
 def deciding(goals: pl.DataFrame) -> tuple[int, float, str] | None:

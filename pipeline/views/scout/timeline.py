@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
+from pitchlore.pipeline.views.commentary.words import with_minus
 from pitchlore.pipeline.views.scout.swings import BalanceLine, Swing
 
 #: Blank parts of a strip, side by side, that a word fits into.
@@ -144,7 +145,8 @@ def on_top(
         taken.append((to_x, free))
         words.append(Markup('<span class="nth" style="left:{:.2f}%;top:{:.0f}px">{}</span>').format(
             to_x, free, number))
-    scale = Markup("").join(Markup("<span>{}</span>").format(f"{part * most:+.3g}" if part else "0")
+    scale = Markup("").join(Markup("<span>{}</span>").format(
+        with_minus(f"{part * most:+.3g}") if part else "0")
                             for part in (1, 0.5, 0, -0.5, -1))
     return Markup('<div class="over-time scaled"><div class="scale" aria-hidden="true">{}</div>{}'
                   '{}<div class="times" aria-hidden="true">{}</div></div>').format(

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import polars as pl
 
+from pitchlore.pipeline.views.commentary.words import percent
 from pitchlore.schemas import ROLES, SIDES
 
 #: Thirds of the pitch along it, as a team sees them.
@@ -37,7 +38,7 @@ class RobotNumbers(NamedTuple):
     @property
     def says(self) -> str:
         """Its role in words, with the share where the role is not constant."""
-        return self.role if self.share >= _CONSTANT else f"{self.role} for {100 * self.share:.0f}\u00a0%"
+        return self.role if self.share >= _CONSTANT else f"{self.role} for {percent(self.share)}"
 
 
 class Losses(NamedTuple):

@@ -133,12 +133,17 @@ def how_conceded(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> d
     return found | {"lost": lost, "other": len(goals) - sum(row.n for row in lost), "goals": list(goals)}
 
 
+def made_by(kind: str) -> str:
+    """How goals of a kind were made, after their number."""
+    return "by error" if kind == "error" else kind
+
+
 def scores_by(goals: Sequence[Scored], seen: Mapping[int, RobotNumbers]) -> tuple[str, list[Any]]:
     """A team's ways to score, in sentences, with clips of its commonest one."""
     found = summary(goals, {robot: it.says for robot, it in seen.items()})
     if not found.n:
         return "No goal of it is recorded.", []
-    kinds = ", ".join(f"{line.n} {line.says}" for line in found.kinds)
+    kinds = ", ".join(f"{line.n} {made_by(line.says)}" for line in found.kinds)
     says = f"{number_of(found.n, 'goal')}: {kinds}."
     if found.whole.distance is not None:
         says += (f" {found.whole.shots} came from shots, half of these from less than"

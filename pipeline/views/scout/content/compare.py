@@ -13,7 +13,7 @@ from pitchlore.pipeline.engine.outputs import table_of
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest
 from pitchlore.pipeline.views.scout.content.league import standing_of
-from pitchlore.pipeline.views.scout.content.matches import COUNTED, MEASURES
+from pitchlore.pipeline.views.scout.content.matches import MEASURES
 from pitchlore.pipeline.views.scout.content.sources import (
     LeagueMatch,
     TeamName,
@@ -49,7 +49,7 @@ def numbers_script(
         "codes": TITLES,
         "matches": [{
             "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
-            "score": lines[match.name]["score"].removesuffix(COUNTED),
+            "score": lines[match.name]["score"],
             "numbers": [lines[match.name]["numbers"][side] for side in SIDES],
         } for match in league],
         "teams": [{

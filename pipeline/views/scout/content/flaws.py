@@ -17,7 +17,7 @@ WORDS = {
     "skipped": ("left out", "items"), "slow sampling": ("sampled slowly", "samples"),
     "off the pitch": ("robots off the pitch", "robot samples"),
     "scorer unknown": ("scoring team unknown", "goals"),
-    "goals inferred": ("found from the path of the ball, not told by the recording", "goals"),
+    "goals inferred": ("goals found from the path of the ball, not told by the recording", "goals"),
     "goals unknown": ("goals unknown: the recording does not tell them", ""),
     "unit of angle": ("unit of headings doubtful", "headings"),
     "text encoding": ("encoding of the text assumed", ""),

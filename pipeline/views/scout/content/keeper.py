@@ -10,7 +10,7 @@ import polars as pl
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.numbers.statistics import wilson
-from pitchlore.pipeline.views.commentary.words import enumerated
+from pitchlore.pipeline.views.commentary.words import enumerated, percent, with_minus
 from pitchlore.pipeline.views.scout.content.answers import line_samples
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, over_sides
 from pitchlore.pipeline.views.scout.gallery import Clip
@@ -97,7 +97,7 @@ def keeper(
         saved).iter_rows(named=True)]
     return {
         "robots": enumerated([
-            f"robot {robot} for {100 * share:.0f}\u00a0% of its time" for robot, share in robots]),
+            f"robot {robot} for {percent(share)} of its time" for robot, share in robots]),
         "faced": faced, "sums": sums(faced, conceded["kinds"]),
         "own": own, "other": other, "verdict": verdict(own, other),
         "gave": gave, "clips": clips + [clip._replace(says="goal after it lost the ball")
@@ -142,7 +142,7 @@ def verdict(own: Share | None, other: Share | None) -> str:
     value = own.share - other.share
     least = value - math.hypot(own.share - low, to - other.share)
     most = value + math.hypot(high - own.share, other.share - from_)
-    points = f"{100 * value:+.0f} percentage points [{100 * least:+.0f}, {100 * most:+.0f}]"
+    points = with_minus(f"{100 * value:+.0f} percentage points [{100 * least:+.0f}, {100 * most:+.0f}]")
     if least <= 0 <= most:
         return f"The difference, {points}, is not larger than chance gives."
     return f"It saves {'more' if value > 0 else 'less'} than the others: {points}."

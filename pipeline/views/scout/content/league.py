@@ -10,7 +10,6 @@ from typing import Any
 from markupsafe import Markup
 
 from pitchlore.pipeline.views.scout.content.flaws import WORDS
-from pitchlore.pipeline.views.scout.content.matches import COUNTED
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played
 from pitchlore.schemas import SIDES
 
@@ -68,6 +67,5 @@ def _row(match: LeagueMatch, line: Mapping[str, Any]) -> dict[str, Any]:
         "territory": Markup(line["picture"]),  # noqa: S704 (pipeline.views.scout.pictures made it)
         "possession": numbers["home"]["possession"],
         "shots": [numbers[side]["shots"] for side in SIDES],
-        "score": line["score"].removesuffix(COUNTED), "counted": line["counted"],
-        **{name: line[name] for name in ("seconds", "kind", "date", "flaws")},
+        **{name: line[name] for name in ("score", "counted", "seconds", "kind", "date", "flaws")},
     }

@@ -12,7 +12,7 @@ import polars as pl
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.commentary import Commentary
 from pitchlore.pipeline.views.commentary.summary import found_words
-from pitchlore.pipeline.views.commentary.words import side_names, time_elapsed
+from pitchlore.pipeline.views.commentary.words import percent, side_names, time_elapsed
 from pitchlore.pipeline.views.scout.changes import Change, change, change_of_count, reported_changes
 from pitchlore.pipeline.views.scout.content.analysis import analysed, in_halves, space_over_time
 from pitchlore.pipeline.views.scout.content.answers import MatchAnswers, of_match, roles_said
@@ -57,8 +57,6 @@ MEASURES = (
     ("balls lost to the adversary", "lost", False),
     ("times a robot pressed", "pressed", False), ("of these won the ball", "won", False),
 )
-#: Stands after a score that nobody tells.
-COUNTED = " counted"
 #: What the clip of a goal shows.
 _HOW = "how it came"
 #: Seconds before an event at which its link opens the replay.
@@ -87,7 +85,7 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
     swung = swings(drawn)
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
-        "score": shown_score((counts[0][side].goals for side in SIDES), counted=is_counted(match)),
+        "score": shown_score(counts[0][side].goals for side in SIDES), "counted": is_counted(match),
         "seconds": row["duration_s"], "flaws": _flaws(match),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "called": names, "changes": changes, "changed": reported_changes([
@@ -122,11 +120,10 @@ def match_facts(match: LeagueMatch, moments: Commentary, kept: MatchAnswers) -> 
 def line(match: LeagueMatch, kept: MatchAnswers) -> dict[str, Any]:
     """A match's line in the league, JSON-able; ``kept`` is what the pages of its teams need of it."""
     row, own, leads = match.matches.row(0, named=True), numbers(match), by_lead(match)
-    counted = is_counted(match)
     ball = match.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
     return {
-        "score": shown_score((own[side].goals for side in SIDES), counted=counted), "counted": counted,
+        "score": shown_score(own[side].goals for side in SIDES), "counted": is_counted(match),
         "seconds": row["duration_s"], "played_s": played_s(match.trajectories),
         "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
@@ -166,9 +163,9 @@ def _changes(
     return found
 
 
-def shown_score(goals: Iterable[int | None], *, counted: bool) -> str:
-    """A score in words; what is not known is a question mark. ``counted`` as by :func:`is_counted`."""
-    return " : ".join("?" if it is None else str(it) for it in goals) + COUNTED * counted
+def shown_score(goals: Iterable[int | None]) -> str:
+    """A score in words; what is not known is a question mark."""
+    return " : ".join("?" if it is None else str(it) for it in goals)
 
 
 def _flaws(match: LeagueMatch) -> str:
@@ -232,14 +229,13 @@ def _tiles(match: LeagueMatch, counts: Mapping[str, Numbers]) -> list[dict[str, 
         return " : ".join("–" if value is None else of(value) for value in values)
 
     tried = match.pass_attempts
-    rows = [("possession", both("possession", "{:.0%}".format)), ("shots on target", both("shots", str)),
+    rows = [("possession", both("possession", percent)), ("shots on target", both("shots", str)),
             ("past the post", both("wide", str)), ("expected goals (xG)", both("xg", "{:.1f}".format))]
     if not tried.is_empty():
         shares = [tried.filter(pl.col("team") == side).select((pl.col("came") == "arrives").mean()).item()
                   for side in SIDES]
-        rows.append(("of the passes tried arrive", " : ".join(
-            "–" if share is None else f"{share:.0%}" for share in shares)))
-    return [{"says": says, "value": value.replace("%", "\u00a0%")} for says, value in rows]
+        rows.append(("of the passes tried arrive", " : ".join(map(percent, shares))))
+    return [{"says": says, "value": value} for says, value in rows]
 
 
 def _goals(

@@ -13,8 +13,14 @@ from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.engine.tables import TableOf
 from pitchlore.pipeline.game.pitch import Pitch
 from pitchlore.pipeline.views.card import Card
-from pitchlore.pipeline.views.commentary.words import enumerated, restart_word
-from pitchlore.pipeline.views.scout.content.answers import goals_over, line_samples, robots_of, scores_by
+from pitchlore.pipeline.views.commentary.words import enumerated, percent, restart_word
+from pitchlore.pipeline.views.scout.content.answers import (
+    goals_over,
+    line_samples,
+    made_by,
+    robots_of,
+    scores_by,
+)
 from pitchlore.pipeline.views.scout.content.chances import larger, shots_over
 from pitchlore.pipeline.views.scout.content.danger import dangerous, of_keeper
 from pitchlore.pipeline.views.scout.content.keeper import faced_of
@@ -123,7 +129,7 @@ def _pressed(pressed: pl.DataFrame, spread: Spread) -> dict[str, Any]:
     return _said(
         "Under pressure",
         f"A robot pressed it {number_of(pressed.height, 'time')}. In {won.height:,} of these"
-        f" ({100 * share:.0f}\u00a0%) the pressing team won the ball.",
+        f" ({percent(share)}) the pressing team won the ball.",
         [_clip(row, row["end_ns"], "won by pressing")
          for row in spread(won).iter_rows(named=True)])
 
@@ -135,7 +141,7 @@ def _conceded(
     goals = over_sides(played, LeagueMatch.goals, own=False)
     kind = pl.col("kind").cast(pl.String).fill_null("of unknown kind")
     counts = goals.select(kind=kind).group_by("kind").len()
-    kinds = ", ".join(f"{count} {kind}" for kind, count in counts.sort(
+    kinds = ", ".join(f"{count} {made_by(kind)}" for kind, count in counts.sort(
         "len", "kind", descending=[True, False]).iter_rows())
     says = f"{number_of(goals.height, 'goal')}{f': {kinds}' if kinds else ''}."
     if shots.height:
@@ -154,7 +160,7 @@ def _striker(
     if not often:
         return _said("Its striker", "No striker was seen.")
     plays = [
-        f"robot {robot} plays striker for {100 * share:.0f}\u00a0% of its time" for robot, share in often]
+        f"robot {robot} plays striker for {percent(share)} of its time" for robot, share in often]
     shots = shots_over(played).filter(role="striker")
     passes, lost, goals = (_as_striker(played, table, robot, t_ns) for table, robot, t_ns in (
         (LeagueMatch.passes, "robot", "t_ns"), (LeagueMatch.possession, "last_robot", "end_ns"),
@@ -210,7 +216,7 @@ def _keeper(
     if not len(at):
         return _said("Its keeper", "No goalkeeper was seen.")
     out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
-    robots = [f"robot {robot} for {100 * share:.0f}\u00a0% of its time" for robot, share in time_in(
+    robots = [f"robot {robot} for {percent(share)} of its time" for robot, share in time_in(
         "goalkeeper", (line_samples(match, side, lines) for match, side in played))[:2]]
     return _said(
         "Its keeper",
@@ -234,14 +240,14 @@ def saves(shots: pl.DataFrame) -> str:
     says = f"Of {number_of(n, 'shot')} on target, {enumerated(aside)}."
     if not faced.reached:
         return f"{says} None reached it."
-    share = f"{100 * saved / faced.reached:.0f}\u00a0%"
+    share = percent(saved / faced.reached)
     return f"{says} Of {faced.reached} that reached it, it saved {saved} ({share}), and {conceded} went in."
 
 
 def _within(share: Share) -> str:
-    """The interval of a share in words; empty without one."""
+    """A share and its interval in words; empty without one."""
     return "" if share.low is None or share.high is None else (
-        f" [{100 * share.low:.0f}, {100 * share.high:.0f}]\u00a0%")
+        f" ({percent(share.share)} [{100 * share.low:.0f}, {100 * share.high:.0f}])")
 
 
 def _restarts(played: Sequence[tuple[LeagueMatch, str]], spread: Spread) -> dict[str, Any]:

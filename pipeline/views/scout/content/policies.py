@@ -13,6 +13,7 @@ from pitchlore.pipeline.game.pitch import PITCHES, Kind, Pitch
 from pitchlore.pipeline.state.words import levels_in_words, with_elements
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Manifest, Receipt
+from pitchlore.pipeline.views.commentary.words import percent
 from pitchlore.pipeline.views.scout.content.sources import LeagueMatch, TeamName, sides_played, team_name
 from pitchlore.pipeline.views.scout.pictures import bars, on_pitch
 from pitchlore.pipeline.views.scout.states import facts_of, shaded
@@ -244,7 +245,7 @@ def _by_ball(rows: pl.DataFrame, pitch: Pitch) -> dict[str, Any] | None:
             share = _unsure_share(there)
             if share is not None:
                 visits = int(there["visits"].sum())
-                says = f"{share:.0%} of {visits} visits; our goal: {own}, theirs: {their}"
+                says = f"{percent(share)} of {visits} visits; our goal: {own}, theirs: {their}"
                 found.append({"own": own, "their": their, "visits": visits, "unsure": share})
                 under.append(shaded(pitch, [own, their], 0.15 + 0.85 * share, says))
     if not found:

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from pitchlore.pipeline.base.text import number_of
 from pitchlore.pipeline.game.pitch import Pitch
-from pitchlore.pipeline.views.commentary.words import enumerated
+from pitchlore.pipeline.views.commentary.words import enumerated, in_digits, percent
 from pitchlore.pipeline.views.scout.content.analysis import analysed
 from pitchlore.pipeline.views.scout.content.answers import team_answers
 from pitchlore.pipeline.views.scout.content.chances import known_in, larger, shot_words, shots_over, size
@@ -95,7 +95,7 @@ def team_facts(
             against, goals = match.away if side == "home" else match.home, (ours["goals"], theirs["goals"])
             rows.append({
                 "id": match.name, "date": line["date"], "against": against, "possession": ours["possession"],
-                "score": shown_score(goals, counted=False), "counted": line["counted"],
+                "score": shown_score(goals), "counted": line["counted"],
                 "result": "" if None in goals else RESULTS[(goals[0] > goals[1]) - (goals[0] < goals[1])]})
     numbers = match_numbers(team, matches, lines)
     own, other = (over_matches(it) for it in numbers)
@@ -151,7 +151,7 @@ def _tiles(
     if rows and None not in goals[0] + goals[1]:
         tiles.append({"value": f"{sum(goals[0])} : {sum(goals[1])}", "says": "goals"})  # type: ignore[arg-type]
     if own["possession"] is not None:
-        tiles.append({"value": f"{own['possession'].mean:.0%}".replace("%", "\u00a0%"), "says": "possession"})
+        tiles.append({"value": percent(own["possession"].mean), "says": "possession"})
     shots = [sum(it.shots for it, _ in side) for side in each]
     return [*tiles, {"value": f"{shots[0]} : {shots[1]}", "says": "shots on target"}]
 
@@ -349,7 +349,7 @@ def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict
     dots = [Mark(place[0], place[1], f"mark {style}", says, size=1.2)
             for names, style, says in ((("x", "y"), "begun", "begins"), (("to_x", "to_y"), "ended", "ends"))
             for place in drawn.select(names).iter_rows()]
-    says = f"on average from ({x:.2f}, {y:.2f}) m to ({to_x:.2f}, {to_y:.2f}) m"
+    says = "on average from ({}, {}) m to ({}, {}) m".format(*map(in_digits, (x, y, to_x, to_y)))
     return {"way": {"says": says, "n": way.height}, "picture": on_pitch(
         pitch, f"where it begins and ends: {says}", marks=[
             *dots, Mark(x, y, "mark home mean", says, to=(to_x, to_y), size=4.5),

@@ -37,14 +37,15 @@ function loaded(version) {
   });
 }
 
-const percent = (share) => `${Math.round(100 * share)}\u00a0%`;
-const plain = (value, share, digits = Number.isInteger(value) ? 0 : 2) => (value === null ? "–" : share ? percent(value) : value.toFixed(digits));
+const minus = (text) => text.replaceAll("-", "−"), percent = (share) => `${Math.round(100 * share)}\u00a0%`;
+const plain = (value, share, digits = Number.isInteger(value) ? 0 : 2) => (value === null ? "–" : share ? percent(value) : minus(value.toFixed(digits)));
+const named = ({ id, names, score }) => `${id.replace(/(.)-[0-9a-f]{12}$/, "$1")}: ${names[0]} ${score} ${names[1]}`;
 
 /** A mean over matches with its interval; Mean is a list: mean, low, high, n, varies, standard error. */
 function interval(mean, share) {
   if (mean === null) return "–";
   const [middle, low, high, n, varies] = mean;
-  const ends = varies ? " varies too much" : low === null ? (n > 1 ? " too few matches" : "") : ` [${plain(low, share, 1)}, ${plain(high, share, 1)}]`;
+  const ends = varies ? " varies too much" : low === null ? (n > 1 ? " too few matches" : "") : ` [${[low, high].map((end) => (share ? Math.round(100 * end) : plain(end, false, 1))).join(", ")}]`;
   return plain(middle, share, 1) + ends;
 }
 
@@ -89,6 +90,14 @@ function paragraph(text) {
   return made;
 }
 
+/** Show what is found: sentences, and from the first table on what a phone folds. */
+function put(section, nodes) {
+  const [said, folded] = section.querySelectorAll(".found"), at = nodes.findIndex((each) => each.tagName === "TABLE");
+  said.replaceChildren(...(at < 0 ? nodes : nodes.slice(0, at)));
+  folded.replaceChildren(...(at < 0 ? [] : nodes.slice(at)));
+  folded.closest(".folds").hidden = at < 0;
+}
+
 /** Fill a select with choices [value, text], and choose one if it is there. */
 function fill(select, choices, chosen) {
   select.replaceChildren(...choices.map(([value, text]) => new Option(text, value)));
@@ -108,7 +117,7 @@ function pair(id, choices, asked, show, preset, partner, chosen = () => {}) {
   fill(sides[0], choices, first);
   fill(sides[1], choices, second);
   const update = () => {
-    section.querySelector(".found").replaceChildren(...show(sides[0].value, sides[1].value));
+    put(section, show(sides[0].value, sides[1].value));
     chosen(sides.map((each) => each.value));
   };
   section.querySelector("[data-under]")?.addEventListener("change", update);
@@ -149,7 +158,7 @@ function less(one, other, share, digits) {
   if (one === null || other === null) return "–";
   const shown = (value) => Number((share ? 100 * value : value).toFixed(share ? 0 : digits));
   const value = shown(other) - shown(one);
-  return `${value > 0 ? "+" : ""}${value.toFixed(share ? 0 : digits)}`;
+  return `${value > 0 ? "+" : ""}${minus(value.toFixed(share ? 0 : digits))}`;
 }
 
 function twoMatches(...ids) {
@@ -161,7 +170,7 @@ function twoMatches(...ids) {
   const link = (match) => {
     const made = document.createElement("a");
     made.href = `matches/${match.id}.html`;
-    made.textContent = `${match.id}: ${match.names[0]} ${match.score} ${match.names[1]}`;
+    made.textContent = named(match);
     return made;
   };
   const rows = league.measures.map(([label, key, share]) => {
@@ -293,7 +302,7 @@ function inWords(id) {
   return `${role}: ${names.join(" → ")}`;
 }
 
-const worth = (row) => (row ? `${row[2].toFixed(3)}${row[3] === null ? "" : ` [${row[3].toFixed(3)}, ${row[4].toFixed(3)}]`}` : "–");
+const worth = (row) => (row ? minus(`${row[2].toFixed(3)}${row[3] === null ? "" : ` [${row[3].toFixed(3)}, ${row[4].toFixed(3)}]`}`) : "–");
 
 /** Behaviours of both sides by id: their rows, and the difference of their values with its 95 % interval. */
 function differences(first, second, independent) {
@@ -360,7 +369,7 @@ function twoLists(teams, versions, show) {
   const made = table(["Behaviour", ...teams.flatMap(() => ["n", "each 10 min", "value"]), "of values"], kept.slice(0, ROWS).map((row) => [
     linked(row.id, row.a ? teams[0] : teams[1]),
     ...[row.a, row.b].flatMap((own, side) => [sorts(own?.[1] ?? "–", own?.[1]), often(own, teams[side]), sorts(worth(own), own?.[2])]),
-    sorts(row.shared === null ? "" : `${row.sure ? "★ " : ""}${row.shared.toFixed(3)}${row.half === null ? "" : ` ± ${row.half.toFixed(3)}`}`, row.shared)]),
+    sorts(row.shared === null ? "" : `${row.sure ? "★ " : ""}${minus(row.shared.toFixed(3))}${row.half === null ? "" : ` ± ${row.half.toFixed(3)}`}`, row.shared)]),
   [[names[0], 3], [names[1], 3], ["difference", 1]]);
   made.className = "sortable"; // too long to be blocks on a phone
   sortable(made);
@@ -372,7 +381,7 @@ function twoLists(teams, versions, show) {
 
 /** The section of behaviours: two versions, and a team of each. */
 function behaviours(asked) {
-  const section = document.getElementById("behaviours"), found = section.querySelector(".found");
+  const section = document.getElementById("behaviours");
   if (!league.versions.length) {
     section.hidden = true;
     return;
@@ -388,13 +397,13 @@ function behaviours(asked) {
     const teams = sides.map((select, side) => lists[side][Number(select.value)]);
     const why = !teams.every(Boolean) ? "This version of the knowledge has no behaviours of a team alone."
       : teams[0] === teams[1] ? "Both are the same team in the same version." : "";
-    found.replaceChildren(...(why ? [paragraph(why)] : twoLists(teams, versions.map((it) => it.value), show.value)));
+    put(section, why ? [paragraph(why)] : twoLists(teams, versions.map((it) => it.value), show.value));
   };
   const load = async (teams = sides.map((select) => select.selectedOptions[0]?.textContent)) => {
     try {
       lists = await Promise.all(versions.map((select) => versionOf(Number(select.value))));
     } catch (error) {
-      found.replaceChildren(paragraph(error.message));
+      put(section, [paragraph(error.message)]);
       return;
     }
     sides.forEach((select, side) => {
@@ -424,7 +433,7 @@ function behaviours(asked) {
       return at >= 0 ? [] : [name];
     });
     update();
-    if (lacking.length) found.prepend(paragraph(`This version of the knowledge has no behaviours of ${lacking.join(" and ")}: it was made of other teams.`));
+    if (lacking.length) section.querySelector(".found").prepend(paragraph(`This version of the knowledge has no behaviours of ${lacking.join(" and ")}: it was made of other teams.`));
   });
 }
 
@@ -432,7 +441,7 @@ addEventListener("DOMContentLoaded", () => {
   const [name, rest] = location.hash.slice(1).split("=");
   const asked = (own) => (name === own && rest ? rest.split(",").map(decodeURIComponent) : undefined);
   const newest = [...league.matches].reverse();
-  pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches,
+  pair("matches", league.matches.map((match) => [match.id, named(match)]), asked("matches"), twoMatches,
     firstPair(newest, (one, other) => teamsOf(one) === teamsOf(other))?.[1].id, (id) => partner(newest, (it) => it.id === id,
       (one, other) => teamsOf(one) === teamsOf(other))?.id);
   const sets = league.sets.map(({ says, team, matches }, place) => ({ says, team, matches, place: String(place) }));

@@ -65,9 +65,9 @@ function folds() {
     }
   });
   const lead = () => {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1).split("=")[0]));
     if (!target || !narrow.matches) return;
-    all.filter((each) => each.contains(target) || head(each) === target).forEach((each) => { each.firstElementChild.open = true; });
+    all.filter((each) => each.contains(target) || head(each) === target || each.parentElement === target).forEach((each) => { each.firstElementChild.open = true; });
     target.scrollIntoView();
   };
   fit(narrow.matches);

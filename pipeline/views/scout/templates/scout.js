@@ -130,7 +130,7 @@ function sortable(table) {
       const up = head.getAttribute("aria-sort") !== "ascending";
       heads.forEach((other) => other.removeAttribute("aria-sort"));
       head.setAttribute("aria-sort", up ? "ascending" : "descending");
-      const value = (row) => row.cells[column].dataset.by ?? row.cells[column].textContent.trim();
+      const value = (row) => (row.cells[column].dataset.by ?? row.cells[column].textContent.trim()).replace("−", "-");
       const rows = [...table.tBodies[0].rows].sort((a, b) => {
         const [x, y] = [value(a), value(b)];
         const order = x !== "" && y !== "" && !Number.isNaN(Number(x)) && !Number.isNaN(Number(y)) ? x - y : x.localeCompare(y);
