@@ -251,7 +251,7 @@ def test_swings():
     assert len(numbers) == 5
     assert all(abs(a - b) >= 16 for at, (_, a) in enumerate(numbers) for _, b in numbers[:at]), "numbers of close swings stand above each other"
     assert "half-time" in drawn
-    assert on_top_words(found, {"home": "A", "away": "B"}) == "A had the better chance for 50\u00a0% of the time in play."
+    assert on_top_words(found, {"home": "A", "away": "B"}) == "A had the better chance for 50 % of the time in play."
     goals = pl.DataFrame({"t_ns": [t * 10**9 for t in (5, 61, 62)], "team": ["home", "away", "away"]})
     assert lead_words(goals, {"home": "A", "away": "B"}) == "A led from 0:05 to 1:01 and B led from 1:02 to the end."
     assert lead_words(goals.clear(), {}) == on_top_words([], {}) == ""

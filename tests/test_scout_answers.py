@@ -50,7 +50,7 @@ def test_losses():
     one, two, three = losses(held, {MATCH: 1.5}, {1: RobotNumbers("striker", 1.0, 5.0), 3: RobotNumbers("midfield", 0.5, 5.0)})
     assert (one.robot, one.role, one.thirds, one.n, one.per_ten) == (1, "striker", (1, 1, 0), 2, 4.0)
     assert (two.thirds, two.per_ten) == ((0, 0, 1), None), "a robot that is not seen has no rate"
-    assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50\u00a0%")
+    assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50 %")
     held = pl.concat([rows(Possession, {"match_id": name, "team": "home", "last_robot": 1, "end_x": 0.5, "ended": "lost"})
                       for name in ("small", "large")])
     assert losses(held, {"small": 1.5, "large": 9.0}, {})[0].thirds == (0, 1, 1)
@@ -110,7 +110,7 @@ def test_shooting():
 
 @pytest.mark.parametrize(("outcomes", "says"), [
     (["saved", "saved", "goal", "blocked", "own", "missed", "wide"],
-     "Of 6 shots on target, other robots blocked 1, after 1 the attackers kept the ball and 1 reached nobody. Of 3 that reached it, it saved 2 (67\u00a0%), and 1 went in."),
+     "Of 6 shots on target, other robots blocked 1, after 1 the attackers kept the ball and 1 reached nobody. Of 3 that reached it, it saved 2 (67 %), and 1 went in."),
     (["blocked"], "Of 1 shot on target, other robots blocked 1. None reached it."),
 ])
 def test_saves(outcomes, says):
@@ -184,7 +184,7 @@ def test_summary():
     assert [(line.says, line.n, line.shots) for line in found.kinds] == [
         ("direct", 1, 1), ("indirect", 1, 0), ("error", 1, 0), ("unknown", 1, 0)]
     assert scores_by(made(), {})[0].startswith("4 goals: 1 direct, 1 indirect, 1 by error, 1 unknown.")
-    assert _within(Share(8, 140, 0.029, 0.109)) == " (6\u00a0% [3, 11])"
+    assert _within(Share(8, 140, 0.029, 0.109)) == " (6 % [3, 11])"
     assert (found.scorers[0].says, found.scorers[0].n) == ("robot 1 (striker)", 2)
     assert (found.run.codes, found.run.n, found.run.of) == ((1, 21), 2, 2)
     assert (found.n, found.whole.shots, found.thirds) == (4, 1, (0, 0, 1))

@@ -259,6 +259,13 @@ def test_a_phone_folds(pages, page):
     assert not table.evaluate("it => it.classList.contains('over')"), "it has room"
 
 
+def test_a_sign_stays_with_its_number(pages):
+    """On all pages but the replays a space that does not break stands before a percent sign."""
+    texts = [found.read_text() for found in pages.first.parent.rglob("*.html") if found.parent.name != "replays"]
+    assert sum(text.count("\u00a0%") for text in texts) > 50
+    assert not [text for text in texts if re.search(r"\d %", text)]
+
+
 def test_menus_begin_with_the_newest(store, pages, page):
     """Menus of all pages have the newest match's teams first; the pages themselves do not say which."""
     newest = list(played(store))[-1]

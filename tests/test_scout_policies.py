@@ -208,7 +208,7 @@ def test_preferred():
     assert actions_of(found).rows() == [("striker-044", "A", 0.71, 0.0), ("striker-021", "B", 0.29, 1.0)]
     drawn = str(preference_picture(found, {"striker-044": "A", "striker-021": "B"}, VSSS, "here"))
     assert re.findall(r">([A-Z])<", drawn) == ["A", "A", "B", "B"]  # nine moments are too few
-    assert "B in 100\u00a0% of 20 moments" in drawn
+    assert "B in 100 % of 20 moments" in drawn
     assert preferred(values, trees, sights.clear()).is_empty()
     assert preferred(values, trees, sights.with_columns(role=pl.lit("midfield"))).is_empty()
 

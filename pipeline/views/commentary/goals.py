@@ -199,4 +199,4 @@ def usual_confidence(goals: pl.DataFrame) -> float | None:
 def _less_sure(confidence: float | None, usual: float | None) -> str:
     """How sure a goal is, where that is less than is usual in the match, which is said once."""
     known = confidence is not None and usual is not None and round(confidence, 2) < usual
-    return f" (Only {percent(confidence, " ")} sure.)" if known else ""
+    return f" (Only {percent(confidence)} sure.)" if known else ""

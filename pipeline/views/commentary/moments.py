@@ -170,12 +170,12 @@ def of_lulls(
         more, share = ("home", homes) if homes > 0.5 else ("away", 1 - homes)
         turns = sum(one.team != two.team for one, two in pairwise(during))
         duels = seconds - held
-        text = f"{names[more]} has {percent(share, " ")} of the possession in the next {seconds:.0f} s."
+        text = f"{names[more]} has {percent(share)} of the possession in the next {seconds:.0f} s."
         if duels > held or turns * settings.scramble_s >= held:
             changes = "once" if turns == 1 else f"{turns} times"
             nobody = f", and nobody has it for {duels:.0f} s" if duels > held else ""
             text = (f"A scramble: in {seconds:.0f} s the ball changes sides {changes}{nobody};"
-                    f" {names[more]} has {percent(share, " ")} of the possession.")
+                    f" {names[more]} has {percent(share)} of the possession.")
         yield Moment(during[0].start_ns, "possession", more, None, text, Weight.PLAY)
 
 

@@ -151,7 +151,7 @@ def heading(summary: MatchStatistics) -> tuple[str, ...]:
 def found_words(sure: float | None) -> str:
     """How sure goals are that were found from the ball, in a sentence; empty without one."""
     return "" if sure is None else (
-        f"Goals were found from the ball: each is at least {percent(sure, " ")} sure, or says how sure it is.")
+        f"Goals were found from the ball: each is at least {percent(sure)} sure, or says how sure it is.")
 
 
 def summary_lines(summary: MatchStatistics) -> Iterator[str]:
@@ -162,7 +162,7 @@ def summary_lines(summary: MatchStatistics) -> Iterator[str]:
     rows.append(("made by", *(_scorers(side) for side in sides.values())))
     rows.append(("shots", *(f"{side.shots}, {side.on_target} on target" for side in sides.values())))
     rows.append(("saves", *(str(side.saves) for side in sides.values())))
-    rows.append(("possession", *(percent(side.possession, " ") for side in sides.values())))
+    rows.append(("possession", *(percent(side.possession) for side in sides.values())))
     first, second = (max(len(row[i]) for row in rows) for i in (0, 1))
     yield from (f"{label:<{first}}  {home:<{second}}  {away}".rstrip() for label, home, away in rows)
     yield ""
@@ -170,7 +170,7 @@ def summary_lines(summary: MatchStatistics) -> Iterator[str]:
     for team, side in sides.items():
         for role, most in side.situations.items():
             done = ", ".join(f"{name.removeprefix('Robot ')} {count}" for name, count in most)
-            yield f"  {team} {role}: {done} ({percent(side.random[role], " ")} of its time moves randomly)"
+            yield f"  {team} {role}: {done} ({percent(side.random[role])} of its time moves randomly)"
 
 
 def _goals(side: SideStatistics) -> str:

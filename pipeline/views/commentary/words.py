@@ -42,15 +42,12 @@ def time_elapsed(t_ns: int) -> str:
     return f"{seconds // 60}:{seconds % 60:02d}"
 
 
-def percent(share: float | None, space: str = "\u00a0") -> str:
-    """A share in percent, – for None; with a digit more where it is nearly, and not quite, none or all.
-
-    ``space`` stands before the sign: one that does not break for pages, a plain one for lines of text.
-    """
+def percent(share: float | None) -> str:
+    """A share in percent, – for None; with a digit more where it is nearly, and not quite, none or all."""
     if share is None:
         return "–"
     nearly = 0 < share < 1 and not 0.005 <= share < 0.995
-    return f"{100 * share:.{1 if nearly else 0}f}{space}%"
+    return f"{100 * share:.{1 if nearly else 0}f} %"
 
 
 def in_digits(value: float | None, digits: int = 2) -> str:

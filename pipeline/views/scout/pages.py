@@ -50,7 +50,8 @@ def rendered(name: str, *, up: str = "", of: str | None = None, **facts: Any) ->
         of: id of the match that the page is of: its addresses begin at the match's replay.
         facts: values for the template.
     """
-    return _environment().get_template(f"{name}.html").render(up=up, of=of, **facts).encode()
+    page = _environment().get_template(f"{name}.html").render(up=up, of=of, **facts)
+    return re.sub(r"(?<=\d) %", "\u00a0%", page).encode()  # a number and its sign stay on one line
 
 
 def page_files(first: Sequence[str] = ()) -> dict[str, bytes]:
