@@ -27,6 +27,7 @@ from prefect.settings import (
 
 from pitchlore.flows.server import REPLY_S, Kept, ServerFailed
 from pitchlore.pipeline.base.errors import in_one_line
+from pitchlore.pipeline.base.text import without_password
 from pitchlore.pipeline.engine.interrupt import KEPT, end
 
 #: How long a server that is there may take to answer, seconds: one that other commands keep busy takes some.
@@ -77,7 +78,7 @@ def _watched(url: str, own: Kept | None) -> Iterator[None]:
                 if own is not None:
                     with suppress(ProcessLookupError):
                         os.kill(own.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
-                end(f"The Prefect server {url} does not answer", 1)
+                end(f"The Prefect server {without_password(url)} does not answer", 1)
 
     Thread(target=watch, name="server", daemon=True).start()
     try:
@@ -87,9 +88,11 @@ def _watched(url: str, own: Kept | None) -> Iterator[None]:
             raise
         answer = getattr(error, "response", None)
         said = in_one_line(error) if answer is None else f"{answer.status_code} {answer.reason_phrase}"
+        advice = "Free space or mend its folder"
+        if said.startswith(("401", "403")):
+            advice = "Set PREFECT_API_KEY or PREFECT_API_AUTH_STRING to what it asks for"
         raise ServerFailed(
-            f"the Prefect server failed ({said})", where=url,
-            next_step=f"Free space or mend its folder. {KEPT.rstrip('.')}",
+            f"the Prefect server failed ({said})", where=url, next_step=f"{advice}. {KEPT.rstrip('.')}",
         ) from error
     finally:
         done.set()

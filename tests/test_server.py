@@ -291,6 +291,47 @@ def test_nobody_at_address(data, words, monkeypatch, call):
     assert "Traceback" not in err
 
 
+def test_a_password_is_not_shown(data, pages, tmp_path, monkeypatch, call):
+    """A password in an address is neither printed nor kept, whatever is wrong with the address."""
+    for words in (("run", "--on", "dask://me:secret@host"), ("demo", "s3://me:secret@league/derby.csv")):
+        code, out, err = call(*words, "--data", data)
+        assert (code, "secret" in out + err) == (1, False)
+    for url, said in ((pages, "is not the address of a Prefect API. Set PREFECT_API_URL to http://…@"),
+                      ("http://127.0.0.1:1/api", "no Prefect server answers")):
+        monkeypatch.setenv("PREFECT_API_URL", url.replace("//", "//me:secret@"))
+        code, out, err = call("run", "--data", data)
+        assert (code, "secret" in out + err, said in err) == (1, False, True)
+    assert not [path for path in data.rglob("*") if path.is_file() and b"secret" in path.read_bytes()]
+
+
+class Closed(BaseHTTPRequestHandler):
+    """Greets, and answers nothing else without a password."""
+
+    def do_GET(self) -> None:
+        self.send_response(200 if self.path.endswith("hello") else 401)
+        self.send_header("content-type", "application/json")
+        self.send_header("content-length", "2")
+        self.end_headers()
+        self.wfile.write(b"{}")
+
+    do_POST = do_GET  # noqa: N815 (as the standard library names it)
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+def test_a_server_that_wants_a_password(data, monkeypatch, call):
+    """One line says which variables hold it."""
+    with HTTPServer(("127.0.0.1", 0), Closed) as server:
+        (thread := threading.Thread(target=server.serve_forever)).start()
+        monkeypatch.setenv("PREFECT_API_URL", f"http://127.0.0.1:{server.server_port}/api")
+        code, _, err = call("run", "--data", data)
+        server.shutdown()
+        thread.join()
+    assert code == 1
+    assert "the Prefect server failed (401 Unauthorized). Set PREFECT_API_KEY or PREFECT_API_AUTH_STRING to what it asks for." in err
+
+
 def test_address_without_api(data, pages, monkeypatch, call):
     """An address without Prefect's API is reported in one line that names the address to set."""
     monkeypatch.setenv("PREFECT_API_URL", pages)

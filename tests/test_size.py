@@ -107,7 +107,8 @@ What was forgotten while it was read is told from what is damaged: 9.
 That habits of a large league are learned beside the other stages took 41, and 33 of options; that the knowledge reads
 decisions in pieces, and that a run looks for damage with one list of files, 27.
 
-That a clock that was ahead hides no run, and a recording that is written over is read again, took 7.
+That a clock that was ahead hides no run, and a recording that is written over is read again, took 7; that no password
+of a URL is shown 5.
 """
 
 from conftest import ROOT

@@ -35,6 +35,7 @@ from pitchlore.pipeline.face.versions import Knowledge
 from pitchlore.pipeline.settings import OptionSettings, Settings
 from pitchlore.pipeline.stages.seasons.settings import Season, named_settings
 from pitchlore.pipeline.store import Store
+from pitchlore.pipeline.store.buckets import check_local
 from pitchlore.pipeline.store.query import ask
 from pitchlore.pipeline.views.card import cards
 from pitchlore.pipeline.views.scout.content.write import write_pages as scouted
@@ -77,6 +78,8 @@ def demo(*recordings: UserPath, flow: Flag = False, common: Common = DEFAULTS) -
 
 def _work(store: Store, recordings: Sequence[Path]) -> tuple[list[str], Season]:
     """Import, play, run the stages, learn. Returns the matches that were played, and the season."""
+    for file in recordings:
+        check_local(file)  # a URL may hold a password, which the log of runs would keep
     imported = bring_in(store, [with_map(file) for file in recordings or (SAMPLE,)])
     for why in imported.failed.values():
         raise PitchloreError(why.rstrip("."), next_step="Name a recording: pitchlore demo FILE")

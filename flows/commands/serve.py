@@ -10,6 +10,7 @@ from pitchlore.flows.commands.common import DEFAULTS, Common, On, RunFile
 from pitchlore.flows.commands.printing import console
 from pitchlore.flows.server import Keeper, named
 from pitchlore.pipeline.base.errors import BadSettings
+from pitchlore.pipeline.base.text import without_password
 from pitchlore.pipeline.engine.placement.places import place_of
 
 #: Name of the deployment.
@@ -64,8 +65,9 @@ def serve(
             url = server.api
         stack.enter_context(serving(url))
         console().print(
-            f"serving {store.where} at {cron!r}, time zone {timezone}; to run at once: PREFECT_API_URL={url}"
-            f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
+            f"serving {store.where} at {cron!r}, time zone {timezone}; to run at once: "
+            f"PREFECT_API_URL={without_password(url)} prefect deployment run {scheduled_run.name}/{NAME}",
+            soft_wrap=True, highlight=False)
         scheduled_run.serve(
             # one at a time: after a sleep of the machine a hundred may be late
             name=NAME, schedule=Cron(cron, timezone=timezone), limit=1, print_starting_message=False,

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pitchlore.pipeline.base.text import printable
+from pitchlore.pipeline.base.text import printable, without_password
 
 #: Most characters of a part of an error: a recording's own text may be in it.
 _CHARACTERS = 500
@@ -30,9 +30,9 @@ class PitchloreError(Exception):
     for_all = False
 
     def __init__(self, what: str, *, where: str = "", next_step: str = "") -> None:
-        self.what = printable(what, _CHARACTERS).rstrip(". ")
-        self.where = printable(where, _CHARACTERS)
-        self.next_step = next_step
+        self.what = printable(without_password(what), _CHARACTERS).rstrip(". ")
+        self.where = printable(without_password(where), _CHARACTERS)
+        self.next_step = without_password(next_step)
         super().__init__(what, where, next_step)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -47,7 +47,8 @@ def in_one_line(error: BaseException) -> str:
     """The message of an error in one line; an error that is not ours is named by its class."""
     if isinstance(error, PitchloreError):
         return str(error)
-    return printable(f"{type(error).__name__}: {' '.join(str(error).split())}", _CHARACTERS)
+    said = without_password(" ".join(str(error).split()))
+    return printable(f"{type(error).__name__}: {said}", _CHARACTERS)
 
 
 class BadRecording(PitchloreError):

@@ -32,6 +32,11 @@ def printable(text: str, most: int | None = None) -> str:
     return text if most is None or len(text) <= most else f"{text[:most - 1]}…"
 
 
+def without_password(text: str) -> str:
+    """The text with ``…`` for whoever is named before the host in a URL, a password among it."""
+    return re.sub(r"(?<=://)[^/@\s]+(?=@)", "…", text)
+
+
 def date_in(name: str) -> datetime | None:
     """The first date in a file's name, with its time of day if it has one, taken as UTC; None without one."""
     for found in _DAY.finditer(name):
