@@ -12,7 +12,6 @@ import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from pitchlore.flows import left_out
@@ -366,7 +365,7 @@ def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> 
 
 def _too_many(command: str, words: list[str]) -> str:
     """A sentence on words that a command does not take; a file or folder among them is to be imported."""
-    file = next((word for word in words if not word.startswith("-") and Path(word).exists()), None)
+    file = next((word for word in words if not word.startswith("-") and os.path.exists(word)), None)  # noqa: PTH110 (Path raises at long ones)
     if file is not None:
         return f"`{command}` takes no files: `pitchlore import {shlex.quote(file)}` first."
     return f"`{command}` does not take the word{'s' * (len(words) > 1)} {', '.join(words)}."

@@ -293,6 +293,7 @@ def test_run_shows_quarantine(call, tmp_path):
     (record,) = Store(data).quarantined()
     assert call("run", bad, "--data", data)[2].startswith(
         f"pitchlore: `pitchlore run` takes no files: `pitchlore import {bad}` first. ")
+    assert call("run", "x" * 300, "--data", data)[2].startswith("pitchlore: `pitchlore run` does not take the word xxx")
     code, out, _ = call("run", "--data", data)
     assert code == 0
     assert f"still in quarantine\nmatches {record.name}: {record.reason}\n" in out

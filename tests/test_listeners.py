@@ -9,9 +9,12 @@ import os
 import re
 import shutil
 import signal
+import stat
 import subprocess
+import tempfile
 import time
 from ipaddress import ip_address
+from pathlib import Path
 
 import pytest
 from conftest import ROOT
@@ -63,6 +66,27 @@ def test_loopback(name, tmp_path):
     assert far <= ({("udp", "0.0.0.0")} if sends else set()), found
     if name == "watch":
         assert {address for _, address, _ in found} == {"224.5.23.1", "224.5.23.2"}
+
+
+@pytest.mark.parametrize("on", ["threads:1", "processes:2"])
+def test_socket_of_what_is_read_apart(tmp_path, derby, on):
+    """Its folder is the user's alone, and goes with the command, also by Ctrl-C; a long path of TMPDIR is no hindrance."""
+    short, long = Path(tempfile.mkdtemp(prefix="p")), tmp_path / ("x" * 100)
+    long.mkdir()
+    shutil.copy(derby, other := tmp_path / "other.csv")
+    words = pitchlore("import", "--isolate", "--on", on, derby, other, "--data", "data")
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "TMPDIR": str(long)})
+    assert (done.returncode, list(long.iterdir())) == (0, []), done.stderr + done.stdout
+    try:
+        process = subprocess.Popen(pitchlore("import", "--isolate", "--on", on, derby, other, "--data", "new"), cwd=tmp_path,
+                                   env={**os.environ, "TMPDIR": str(short)}, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        (socket_,) = eventually(lambda: [*short.glob("pymp-*/listener-*")][:1], 60, 0.001)
+        assert stat.S_IMODE(socket_.parent.stat().st_mode) == 0o700
+        process.send_signal(signal.SIGINT)
+        process.wait(20)
+        assert list(short.iterdir()) == []
+    finally:
+        shutil.rmtree(short)
 
 
 def test_pages():

@@ -108,7 +108,7 @@ That habits of a large league are learned beside the other stages took 41, and 3
 decisions in pieces, and that a run looks for damage with one list of files, 27.
 
 That a clock that was ahead hides no run, and a recording that is written over is read again, took 7; that no password
-of a URL is shown 5.
+of a URL is shown 5; that sockets of what is read apart leave no folder, and need no short path, 19.
 """
 
 from conftest import ROOT

@@ -10,7 +10,9 @@ import ctypes
 import errno
 import math
 import multiprocessing
+import multiprocessing.util
 import os
+import shutil
 import signal
 import sqlite3
 import stat
@@ -22,6 +24,7 @@ from functools import cache
 from multiprocessing.context import ForkServerContext, SpawnContext
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from tempfile import gettempdir
 from threading import Lock
 from types import ModuleType
 from typing import IO, Any
@@ -40,6 +43,8 @@ _PLAIN = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_CLOEXEC", "O_NON
 #: How often a lock is looked at, where the system does not wake who waits for it, seconds.
 _POLL_S = 0.01
 _reading, _starting = Lock(), Lock()
+#: Longest path of a temporary folder in which there is room for a socket's path, bytes.
+_TEMPORARY_BYTES = 70
 
 
 # --- locks ------------------------------------------------------------------------------------------
@@ -169,9 +174,11 @@ def clean(loaded: tuple[str, ...]) -> ForkServerContext | SpawnContext:
     """Processes that have nothing of this one.
 
     Args:
-        loaded: modules that they begin with; where the system can fork, they are loaded once for all.
+        loaded: modules that they begin with; where the system can fork, they are loaded once for all, by a
+            process with a socket in the temporary folder, whose path may not be too long for that.
     """
-    if "forkserver" not in multiprocessing.get_all_start_methods():
+    too_long = len(os.fsencode(gettempdir())) > _TEMPORARY_BYTES
+    if too_long or "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([*loaded])
@@ -191,6 +198,18 @@ def start_clean(process: BaseProcess) -> None:
             process.start()
         finally:
             sys.modules["__main__"], own["daemon"] = main, daemon
+
+
+def share_folder() -> None:
+    """Let the sockets of :func:`clean` of this process and of those that it starts be in one folder."""
+    multiprocessing.util.get_temp_dir()
+
+
+def remove_folder() -> None:
+    """Remove the folder of sockets, in a process that ends at once."""
+    own: dict[str, Any] = multiprocessing.current_process()._config  # type: ignore[attr-defined]
+    if "tempdir" in own:
+        shutil.rmtree(own["tempdir"], ignore_errors=True)
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from pitchlore.pipeline.base.system import share_folder
 from pitchlore.pipeline.engine.arrivals import Arrivals, stamps_of
 from pitchlore.pipeline.engine.lacking import remarks
 from pitchlore.pipeline.engine.matches import standing, take_in
@@ -63,6 +64,8 @@ def import_all(
         arrivals.note(work[label].files(), *taken)
         taken_in.add(taken.sha256)
 
+    if work and limits.isolate:
+        share_folder()
     before = _keys(store) if work else {}
     report = run_pieces(make_match, "matches", {
         label: {"data": root, "recording": recording.at(path), "limits": limits}

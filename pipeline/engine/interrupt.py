@@ -21,6 +21,8 @@ from threading import Event, Lock, Thread, current_thread, main_thread
 from types import FrameType
 from typing import NoReturn
 
+from pitchlore.pipeline.base.system import remove_folder
+
 #: How long what was interrupted may clear up, seconds.
 GRACE_S = 2.0
 #: Exit codes of what Ctrl-C and SIGTERM stopped, as shells count them.
@@ -164,5 +166,6 @@ def end(why: str = "Stopped", code: int = STOPPED) -> NoReturn:
         os.write(heard, line.encode())
         for child in multiprocessing.active_children():  # Prefect's runner has one for each run of a flow
             child.kill()
+        remove_folder()
     finally:
         os._exit(code)
