@@ -270,6 +270,18 @@ def test_walk(chart, page):
     assert page.url.endswith("#n1-24")
 
 
+def test_the_busiest_is_chosen(chart, page):
+    """A map opens with the neuron that has most instances, of thousands, too."""
+    changed = chart.with_name("thousands.html")
+    text = chart.read_text()
+    last = re.search(r'data-place="(n1-\d+)"(?!.*data-place="n1-)', text, re.DOTALL)
+    head, tail = text[:last.end()], text[last.end():]
+    changed.write_text(head + re.sub(r"<b>[\d,]+</b>", "<b>1,234,567</b>", tail, count=1))
+    page.goto(changed.as_uri())
+    expect(page.locator(".walk", has=page.locator("#map-1")).locator(".panel:visible")).to_have_attribute("id", last[1])
+    changed.unlink()
+
+
 def test_ring_of_a_page(chart, page):
     """A chosen behaviour has its arrows marked, in and out, and its panel shown; links lead on."""
     page.goto(chart.as_uri())

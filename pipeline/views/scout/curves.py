@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
+from pitchlore.pipeline.views.commentary.words import with_minus
+
 #: Size of a chart, and its margins to the left, the right, above and below the curves.
 _WIDE, _HIGH = 300.0, 92.0
 _LEFT, _RIGHT, _TOP, _FOOT = 20.0, 8.0, 8.0, 18.0
@@ -59,7 +61,7 @@ def term_chart(terms: Sequence[TermCurve], label: str) -> Markup:
         if all(abs(x(at) - x(other)) >= _APART for other in shown):
             shown.append(at)
             parts.append(Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text>').format(
-                x(at), _HIGH - 5, f"{at:.3g}"))
+                x(at), _HIGH - 5, with_minus(f"{at:.3g}")))
     for place, term in enumerate(terms):
         ways = " L".join(f"{x(at):.1f} {y(degree):.1f}" for at, degree in _corners(term, low, high))
         parts.append(Markup('<path class="line-{}" d="M{}"><title>{}</title></path>').format(

@@ -54,7 +54,8 @@ function walk(section) {
     return true;
   };
   addEventListener("hashchange", () => { if (asked()) section.scrollIntoView(); });
-  const busiest = places.reduce((a, b) => (Number(b.querySelector("b")?.textContent) > Number(a.querySelector("b")?.textContent) ? b : a));
+  const count = (place) => Number(place.querySelector("b")?.textContent.replaceAll(",", ""));
+  const busiest = places.reduce((a, b) => (count(b) > count(a) ? b : a));
   if (asked()) section.scrollIntoView(); else choose(busiest.dataset.place);
 }
 
