@@ -14,6 +14,7 @@ from pitchlore.flows.work import run
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine.child import belong
 from pitchlore.pipeline.engine.history import log
+from pitchlore.pipeline.engine.imports import GROWN
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.run import train_policy
 from pitchlore.pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
@@ -117,4 +118,4 @@ def said_of(report: RunReport) -> str:
         line += f", policy version {report.policy} is new"
     if report.failures:
         line += f", {len(report.failures)} not made: {', '.join(sorted(report.failures))}"
-    return line
+    return line + "".join(f"; {note}" for note in report.stage("matches").notes if GROWN in note)

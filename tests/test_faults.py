@@ -28,7 +28,7 @@ from support.outputs import put_goal
 from support.processes import pitchlore
 from support.terminal import terminal
 
-from pitchlore.flows import serving
+from pitchlore.flows import scheduled, serving
 from pitchlore.flows.cli import main
 from pitchlore.flows.server import Keeper, ServerFailed, database, trouble
 from pitchlore.pipeline.base.errors import StillWritten, StorageFailed
@@ -36,6 +36,7 @@ from pitchlore.pipeline.engine import catalog, matches
 from pitchlore.pipeline.engine.catalog import refresh
 from pitchlore.pipeline.engine.imports import import_all
 from pitchlore.pipeline.engine.matches import take_in
+from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.recordings import Recording
 from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.importers.source import SourceFile
@@ -325,6 +326,24 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     monkeypatch.undo()
     assert [list(store.receipts("matches")), store.quarantined()] == [[], []]
     assert take_in(store, Recording(file=derby))[1]
+
+
+def test_half_a_copy_that_stood_still(derby, tmp_path, monkeypatch):
+    """Half a recording that was taken for a whole one is named when the whole one comes, and can be forgotten."""
+    store, data = Store(tmp_path / "data"), derby.read_bytes()
+    monkeypatch.setattr(sealed, "_TICK_NS", 0)  # the file is old
+    derby.write_bytes(data[:data.rindex(b"\n", 0, len(data) // 2) + 1])
+    (half,) = import_all(store, [Recording(file=derby)]).made
+    derby.write_bytes(data)
+    report = import_all(store, [Recording(file=derby)])
+    assert len(report.made) == 1
+    line = f"{derby}: a part of it was imported as {half}, before it was whole: `pitchlore forget {half}` removes that."
+    assert line in report.notes
+    assert line in scheduled.said_of(RunReport(stages=[report]))
+    os.utime(derby)
+    assert import_all(store, [Recording(file=derby)]).notes == []
+    derby.write_bytes(data.replace(b"0.1", b"0.2") + b"\n")
+    assert not any("a part of it" in note for note in import_all(store, [Recording(file=derby)]).notes)
 
 
 def test_a_recording_written_over(derby, tmp_path, monkeypatch):

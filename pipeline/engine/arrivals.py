@@ -6,8 +6,10 @@ files tell that it is the same. This is a cache: without it, every recording is 
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from pitchlore.pipeline.base.toml import Frozen
@@ -49,6 +51,20 @@ class Arrivals:
         """SHA-256 of a recording's content; None if it is not known, or a file has changed since."""
         stamps, sha256 = self._known.get(_name(files), ("", ""))
         return sha256 if stamps and stamps == stamps_of(files) else None
+
+    def before_it_grew(self, files: Sequence[Path]) -> str | None:
+        """SHA-256 of what a recording was when it was imported, if it goes on since; else None."""
+        stamps, sha256 = self._known.get(_name(files), ("", ""))
+        if not stamps or len(files) != 1:
+            return None
+        hashed, left = hashlib.sha256(), int(stamps.split(", ")[1])
+        with suppress(OSError), files[0].open("rb") as file:
+            while left and (data := file.read(min(left, 1 << 20))):
+                hashed.update(data)
+                left -= len(data)
+            if file.read(1) and hashed.hexdigest() == sha256:
+                return sha256
+        return None
 
     def note(self, files: Sequence[Path], stamps: str, sha256: str) -> None:
         """Note the content of a recording whose files had these stamps before they were read."""

@@ -1,5 +1,6 @@
 """Recordings become matches: one piece of work a recording."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,9 @@ from pitchlore.pipeline.engine.tasks import run_pieces
 from pitchlore.pipeline.settings import ImportSettings
 from pitchlore.pipeline.store import Store
 from pitchlore.pipeline.store.receipts import Receipt
+
+#: Words on a recording of which a part was taken for the whole.
+GROWN = "a part of it was imported"
 
 
 class Taken(NamedTuple):
@@ -47,13 +51,15 @@ def import_all(
         notes = [f"{file}: removed, for its match was killed before anything of it was logged"
                  for file in useless(store)]
         recordings, others = inbox(store), strangers(store)
-    arrivals, work, kept = Arrivals(store), {}, 0
+    arrivals, work, halves, kept = Arrivals(store), {}, dict[str, str](), 0
     path, root = executors.get().path, executors.get().path(store.root)
     for recording in recordings:
         content = arrivals.content(recording.files())
         there = None if content is None else standing(store, recording, content)
         if there is None:
             work[recording.label(store)] = recording
+            if (half := arrivals.before_it_grew(recording.files())) is not None:
+                halves[recording.label(store)] = half
         else:
             store.release("matches", there.name)
             kept += 1
@@ -78,9 +84,20 @@ def import_all(
     made = [need(store, "matches", name) for name in report.made]
     sources = {receipt.inputs.get("source") for receipt in made}
     report.kept = kept + done - len(taken_in & sources)  # a recording may have several matches
+    grown = {source: label for label, source in halves.items() if label not in report.failed}
+    notes += [f"{grown[source]}: {GROWN} as {name}, before it was whole: "
+              f"`pitchlore forget {name}` removes that."
+              for name, source in _sources(store, grown) if source not in sources]
     report.notes = notes + remarks(store, made)
     report.failed |= others
     return report
+
+
+def _sources(store: Store, wanted: Collection[str]) -> list[tuple[str, str]]:
+    """Names and contents of the matches that were made from these contents."""
+    found = store.tried("matches") if wanted else ()
+    return [(name, receipt.inputs["source"]) for name, receipt in found
+            if isinstance(receipt, Receipt) and receipt.inputs.get("source") in wanted]
 
 
 def _keys(store: Store) -> dict[str, str]:
