@@ -32,7 +32,7 @@ from pitchlore.pipeline.game.bodies import BALL, THETA, VX, VY, X, Y
 from pitchlore.pipeline.game.pitch import PITCHES, Kind
 from pitchlore.pipeline.importers.packets import vsss
 from pitchlore.pipeline.importers.packets.recorder import Packet
-from pitchlore.pipeline.importers.packets.streams import channels
+from pitchlore.pipeline.importers.packets.streams import Stream, channels
 from pitchlore.pipeline.importers.readers import open_source, read
 from pitchlore.pipeline.live.bodies import BodyTracker
 from pitchlore.pipeline.live.driver import BLIND_S, Driver, Job, streams_of
@@ -46,6 +46,7 @@ from pitchlore.pipeline.live.encoding import (
 from pitchlore.pipeline.live.referee_state import RefereeState
 from pitchlore.pipeline.live.remote import RemoteController, asked
 from pitchlore.pipeline.live.screening import MALFORMED, laid_out
+from pitchlore.pipeline.live.sockets import Sender
 from pitchlore.pipeline.numbers.arrays import F64
 from pitchlore.pipeline.sessions.driving import DriveOutcome, drive_team
 from pitchlore.pipeline.sessions.simulating import STREAMS, simulate
@@ -561,10 +562,23 @@ def test_two_of_our_teams(tmp_path: Path) -> None:
     (["record", "--serve", "vsss", "--matches", "2"], "--matches 2: only one match is served. Leave it out."),
     (["record", "--home", "remote"], "remote: another program drives this team. Use `pitchlore record --serve vsss`."),
     (["drive", "--team", "static", "--as", "blue", "--at", "eyes=1"], "--at eyes=1 names no stream and address"),
+    (["drive", "--team", "static", "--as", "blue", "--at", "commands=no.such.invalid:5"], "'no.such.invalid' is no address. Name an IPv4"),
+    (["watch", "ssl", "--group", ""], "pitchlore: '' is no address. Name an IPv4"),
+    (["watch", "ssl", "--interface", "eth0"], "--interface: 'eth0' is no address of a network card. Name an IPv4 address"),
+    (["record", "--serve", "vsss", "--interface", "x", "--at", "commands=127.0.0.1:0"], "--interface: 'x' is no address of a network card."),
+    (["record", "--serve", "vsss", "--interface", "203.0.113.7", "--at", "commands=localhost:0"], "is no address of a network card."),
 ])
 def test_refusals(words: list[str], said: str, tmp_path: Path, call: Call) -> None:
     code, _, err = call(*words, "--data", tmp_path)
     assert (code, said in err) == (1, True)
+
+
+def test_packets_that_are_not_sent_are_told(caplog: pytest.LogCaptureFixture) -> None:
+    """Packets that the system does not take, as without a network, are told at the end, with the reason."""
+    with Sender() as sender:
+        for _ in range(2):
+            sender.send(Stream("vision", 1, "255.255.255.255", 9), b"x")
+    assert "2 packets were not sent, the last to 255.255.255.255:9 (Permission denied)." in caplog.text
 
 
 def test_no_vision(tmp_path: Path, call: Call) -> None:

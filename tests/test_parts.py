@@ -21,6 +21,7 @@ from pitchlore.pipeline.engine.verify import verify_all
 from pitchlore.pipeline.face.league import League
 from pitchlore.pipeline.store import Store, parts
 from pitchlore.pipeline.store.receipts import FileRecord
+from pitchlore.pipeline.views.card import answer
 from pitchlore.schemas import PUBLIC, Choices, Sequences, Sides
 
 
@@ -76,6 +77,15 @@ def test_same_answers(store, monkeypatch):
     assert found == of_singles(store, monkeypatch)
     assert len(files_of(store, "situations")) == 2
     assert lazy.equals(League(store).lazy("situations").collect())
+
+
+def test_part_that_is_taken_apart_meanwhile(store):
+    """The end of a run is told, from what stands, where another command took a part apart since the run's look."""
+    before = answer(store).cards
+    for path in (store.root / parts.FOLDER).glob("*.parquet"):
+        path.unlink()
+    (store.root / ".answer.json").unlink()
+    assert answer(store, refreshed=True).cards == before
 
 
 def test_parts_stay(store):

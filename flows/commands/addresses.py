@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Mapping, Sequence
 from typing import Annotated
 
@@ -48,4 +49,15 @@ def addressed(
             raise BadSettings(f"--at {word} names no stream and address", next_step=(
                 f"Write STREAM=ADDRESS:PORT; the streams are {', '.join(streams)}"))
         streams[name] = streams[name]._replace(group=address, port=int(port))
-    return tuple(streams.values())
+    return tuple(stream._replace(group=_resolved(stream.group)) for stream in streams.values())
+
+
+def _resolved(address: str) -> str:
+    """An address, or that of a computer's name."""
+    try:
+        if address:
+            return socket.gethostbyname(address)
+    except (OSError, UnicodeError):
+        pass
+    raise BadSettings(f"{address!r} is no address", next_step=(
+        "Name an IPv4 address, such as 127.0.0.1, or a computer that the network knows"))

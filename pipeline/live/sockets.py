@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import selectors
 import socket
 import struct
@@ -15,6 +16,7 @@ from pitchlore.pipeline.base.errors import BadSettings, StorageFailed
 from pitchlore.pipeline.importers.packets.recorder import Packet
 from pitchlore.pipeline.importers.packets.streams import Stream
 
+_log = logging.getLogger(__name__)
 #: Packets of one stream that are taken before another stream has its turn.
 _AT_ONCE = 256
 #: Larger than any UDP packet, so that none is cut unseen.
@@ -107,15 +109,22 @@ class Sender:
             choice.
 
     Attributes:
-        refused: packets that the system did not take.
+        refused: packets that the system did not take; they are told at the end.
+
+    Raises:
+        BadSettings: if the interface cannot be used.
     """
 
     def __init__(self, interface: str | None = None) -> None:
-        self.refused = 0
+        self.refused, self._why = 0, ""
         self._mouth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._mouth.setblocking(False)
-        if interface:
-            self._mouth.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+        try:
+            if interface:
+                self._mouth.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+        except OSError as error:
+            self._mouth.close()
+            raise _no_card(interface) from error
 
     def __enter__(self) -> Self:
         return self
@@ -124,13 +133,15 @@ class Sender:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None,
     ) -> None:
         self._mouth.close()
+        if self.refused:
+            _log.warning("%s packets were not sent, the last to %s.", f"{self.refused:,}", self._why)
 
     def send(self, to: Stream, data: bytes) -> None:
         """Send a packet; one that the system does not take is counted, as the network loses some, too."""
         try:
             self._mouth.sendto(data, (to.group, to.port))
-        except OSError:
-            self.refused += 1
+        except OSError as error:
+            self.refused, self._why = self.refused + 1, f"{to.group}:{to.port} ({error.strerror or error})"
 
 
 def _arrived(notes: Sequence[tuple[int, int, bytes]]) -> int:
@@ -142,8 +153,17 @@ def _arrived(notes: Sequence[tuple[int, int, bytes]]) -> int:
     return time.time_ns()
 
 
+def _no_card(interface: str | None) -> BadSettings:
+    return BadSettings(f"{interface!r} is no address of a network card", where="--interface",
+                       next_step="Name an IPv4 address of this computer, as `ip address` lists them")
+
+
 def _listening(stream: Stream, interface: str | None) -> socket.socket:
     where = f"{stream.group}:{stream.port}"
+    try:
+        card = socket.inet_aton(interface) if interface else struct.pack("=I", socket.INADDR_ANY)
+    except OSError as error:
+        raise _no_card(interface) from error
     ears = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         ears.setblocking(False)
@@ -156,7 +176,6 @@ def _listening(stream: Stream, interface: str | None) -> socket.socket:
             ears.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         ears.bind((stream.group, stream.port))
         if shared:
-            card = socket.inet_aton(interface) if interface else struct.pack("=I", socket.INADDR_ANY)
             ears.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group + card)
     except OSError as error:
         ears.close()

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pitchlore.pipeline.base.digests import digest
-from pitchlore.pipeline.base.errors import NotFound
+from pitchlore.pipeline.base.errors import BadQuery, CorruptFile, NotFound
 from pitchlore.pipeline.base.software import RELEASE
 from pitchlore.pipeline.base.text import did_you_mean, number_of
 from pitchlore.pipeline.base.toml import Frozen
@@ -186,6 +186,13 @@ def cards_of(store: Store, names: Sequence[str]) -> dict[tuple[str, str], Card]:
 
 def _cards(store: Store, catalogue: Path, mine: str) -> tuple[list[Card], list[tuple[str, str]]]:
     """The cards, and names and leagues of all teams, sorted."""
+    try:
+        return _told(store, catalogue, mine)
+    except (BadQuery, CorruptFile):  # another command has taken a closed part apart meanwhile
+        return _told(store, refresh(store)[0], mine)
+
+
+def _told(store: Store, catalogue: Path, mine: str) -> tuple[list[Card], list[tuple[str, str]]]:
     newest, every = ask_each(catalogue, [_NEWEST, _TEAMS])
     known: list[tuple[str, str]] = every.rows()
     if mine:
