@@ -21,7 +21,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values surely doing study-options ssl-options from-recordings from-recordings-psim ppo-demonstrator imitation-gain rebuilt \
+.PHONY: help browser pictures counterparts demo demo-learners test compiled quick lint docs pythons chain oldest newest dist bench study fuzz world rules study-labels study-values surely doing study-options ssl-options from-recordings from-recordings-psim ppo-demonstrator imitation-gain rebuilt \
   teams-apart expected-goals usual-codes football ball-goals best-constant transfer paradigms peers check-env check-lerobot seasons sensitivity looking trial penalties tried imitation soak bench-scale golden pages \
   notebooks lock clean
 
@@ -232,6 +232,9 @@ study-values: $(READY)  ## whether V and the values of behaviours predict (a qua
 	$(BIN)/python data/studies/values/study.py $(RECORDINGS)
 	$(BIN)/python data/studies/values/shipped.py
 	$(BIN)/python data/studies/values/level.py $(RECORDINGS)
+
+pictures: $(READY)  ## each page of the scout as OLD=…/bin/pitchlore makes it, and as it is now (a quarter of an hour)
+	$(BIN)/python data/studies/pages/study.py $(STUDY_DATA)/pages data/studies/pages $(OLD)
 
 surely: $(READY)  ## of behaviours said to go surely with better or worse chances, how many do in other matches (ten minutes)
 	$(BIN)/python data/studies/surely/study.py $(STUDY_DATA)/surely

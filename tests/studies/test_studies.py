@@ -14,6 +14,7 @@ from threading import current_thread, main_thread
 
 import ball_goals.study
 import harness
+import pages.study
 import paradigms.study
 import polars as pl
 import pytest
@@ -32,6 +33,7 @@ import values.level
 import values.shipped
 import values.study
 from conftest import ROOT, clip
+from PIL import Image
 from scout import expected_goals, teams_apart
 from support.sessions import migrated
 from support.shown import FewTrees
@@ -402,3 +404,19 @@ def test_soak(tmp_path, monkeypatch, commands_here):
     reported, there = (json.loads((folder / "figures.json").read_text()) for folder in (out, STUDIES / "soak"))
     assert reported.keys() == there.keys()
     assert reported["of these different"] == 0
+
+
+def test_pictures_of_pages(browser, tmp_path):
+    """Two folders of pages are put side by side, each page in all its looks, and measured."""
+    for name, tall in (("before", 700), ("today", 2000)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "index.html").write_text(f'<!doctype html><body style="margin:0"><main style="height:{tall}px"><svg class="pitch"></svg></main>')
+    pages.study.main(browser, tmp_path, tmp_path / "before", tmp_path / "today", ["first"])
+    same_columns(tmp_path, "pages", "pages.csv")
+    (row,) = pl.read_csv(tmp_path / "pages.csv").rows()
+    assert row == ("first", 700, 0, 2000, 0, 700, 2000)
+    sizes = []
+    for more in ("", "-more"):
+        with Image.open(tmp_path / f"first{more}.webp") as image:
+            sizes.append(image.size)
+    assert sizes == [(820 + 12 + 820, 720), (195 + 12 + 683 + 12 + 348, 600)]
