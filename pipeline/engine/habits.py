@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -167,7 +168,8 @@ def _learned(
         go_on()
         pieces = [(str(place), {"observation": observation, "option": option, "settings": own})
                   for place, (observation, option) in enumerate(sets)]
-        grown = dict(spread(_workers(inputs), fit_habits, pieces, len(pieces), task="habits"))
+        # one alone goes to another process, too: this one may have other legs to do
+        grown = dict(spread(_workers(inputs), fit_habits, pieces, max(len(pieces), 2), task="habits"))
         return [grown[label] for label, _ in pieces]
 
     habits, trees = team_habits(clues, team, settings.habits, inputs.version, fits)
@@ -254,18 +256,20 @@ def _of_newest(
     workers, order, at_most = _workers(inputs), list(poses), settings.habits.windows_at_most
     data = workers.path(inputs.root)
 
-    def piece(match: str) -> dict[str, Any]:
-        go_on()
-        return {"inputs": inputs.of_match(match), "data": data, "mine": mine, "settings": settings.recover}
+    def piece(matches: list[str]) -> dict[str, Any]:
+        of_matches = [inputs.of_match(match) for match in matches]
+        return {"inputs": of_matches, "data": data, "mine": mine, "settings": settings.recover}
 
     if not order:  # it is of another league
         return VersionHabits((), {})
-    clues = {order[0]: _clues(**piece(order[0]))}
+    clues = dict(_clues(**piece(order[:1])))
     windows = clues[order[0]].height
     rows = np.cumsum([own.rows for own in poses.values()])
     fitting = max(int((rows * (windows / max(rows[0], 1)) <= at_most).sum()), 1)
-    others = ((match, piece(match)) for match in order[1:fitting])
-    found = dict(spread(workers, _clues, others, fitting - 1, task="clues"))
+    # one part for each worker: it waits but once until its worker has done what it does
+    parts = [order[first:fitting:workers.width] for first in range(1, min(workers.width + 1, fitting))]
+    gathered = spread(workers, _clues, ((part[0], piece(part)) for part in parts), len(parts), task="clues")
+    found = dict(chain.from_iterable(of_part for _, of_part in gathered))
     clues |= {match: found[match] for match in order[1:fitting]}
     every = max(-(-windows // at_most), 1) if len(clues) == 1 else 1  # a single match may have too many
     taken = (each.gather_every(every) for each in reversed(clues.values()))
@@ -276,13 +280,16 @@ def _of_newest(
 
 
 def _clues(
-    inputs: StoreInputs, data: Path, mine: pl.DataFrame, settings: OptionSettings
-) -> pl.DataFrame:
-    """Clues to a team's options in a match; another process may gather them."""
-    own = inputs.at(Store(data))
-    sides = mine.filter(match_id=own.only("matches").name)["team"].cast(pl.String).to_list()
-    options, clues, _ = recovered_options(own, settings, sides)
-    return _of_team(clues, options, mine)
+    inputs: Sequence[StoreInputs], data: Path, mine: pl.DataFrame, settings: OptionSettings
+) -> list[tuple[str, pl.DataFrame]]:
+    """Clues to a team's options in some matches, by id; another process may gather them."""
+    store, found = Store(data), []
+    for own in (each.at(store) for each in inputs):
+        match = own.only("matches").name
+        sides = mine.filter(match_id=match)["team"].cast(pl.String).to_list()
+        options, clues, _ = recovered_options(own, settings, sides)
+        found.append((match, _of_team(clues, options, mine)))
+    return found
 
 
 def _workers(inputs: Inputs) -> Executors:
