@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
+from pitchlore.pipeline.base.system import give_back
 from pitchlore.pipeline.engine.ahead import ahead
 from pitchlore.pipeline.engine.catalog import check_files, look_at_files
 from pitchlore.pipeline.engine.costs import Cost, Spent
@@ -56,6 +57,7 @@ def bring_up_to_date(
             break
         with report.leg(group_name([stage.noun for stage in stage_group])):
             failed = bring(store, stage_group, settings, scope, report, perform)
+            give_back()
         dropped = {output.match for output in failed}
         scope = scope.but(scope.matches if None in dropped else dropped)
         poses = any(stage.noun == "trajectories" for stage in stage_group)
@@ -91,6 +93,7 @@ def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, 
                 raise
             report.stage(stage.noun).failed["version"] = str(error)
             return None
+        give_back()
         if spent.seconds:
             report.versions.setdefault(stage.noun, Cost()).add(f"version {version}", spent)
     return new

@@ -45,7 +45,7 @@ def added_up(tables: Iterable[pl.DataFrame], keys: Sequence[str] | str) -> pl.Da
         if rows > most:
             held = [_sums(held, keys)]
             rows = held[0].height
-            most = rows + max(_BUFFERED_ROWS, rows)
+            most = rows + max(_BUFFERED_ROWS, rows // 2)
     return _sums(held, keys)
 
 

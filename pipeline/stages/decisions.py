@@ -20,6 +20,8 @@ from pitchlore.pipeline.stages.sequences.league import LeagueSequences, TeamsOfS
 from pitchlore.pipeline.stages.sequences.windows import instances
 from pitchlore.schemas import Decisions
 
+#: Decisions that are hashed at once, whole matches: this bounds memory.
+_AT_ONCE = 1 << 17
 _ORDER = ("match_id", "team", "robot", "t_ns")
 
 
@@ -44,10 +46,10 @@ def all_decisions(
         teams.with_columns(who=pl.int_range(pl.len(), dtype=pl.Int64)), on=("team", "kind"),
         maintain_order="left")
     names = pl.Series("match_id", league.matches, dtype=pl.String)
-    seen = [
+    seen = (
         found.with_columns(names.gather(found["match_id"])).cast(pl.Schema(Decisions.dtypes()))
         for found in (observed_decisions(chunk, owned) for chunk in league.once())
-    ]
+    )
     return complete(pl.concat([Decisions.empty(), *seen]), choices)
 
 
@@ -90,8 +92,9 @@ def complete(seen: pl.DataFrame, choices: pl.DataFrame) -> pl.DataFrame:
     Returns:
         Rows of schema Decisions.
     """
-    others = seen.join(choices, on=("match_id", "team"), how="anti")
-    return pl.concat([others, choices]).sort(_ORDER)
+    if not choices.is_empty():
+        seen = pl.concat([seen.join(choices, on=("match_id", "team"), how="anti"), choices])
+    return seen.sort(_ORDER)
 
 
 def decision_digests(decisions: pl.DataFrame) -> dict[str, str]:
@@ -100,19 +103,23 @@ def decision_digests(decisions: pl.DataFrame) -> dict[str, str]:
         return {}
     names = decisions["behaviour_id"].unique().to_list()
     hashes = [-1 if name is None else int.from_bytes(sha256(name.encode()).digest()[:7]) for name in names]
-    columns = decisions.with_columns(
-        pl.col("behaviour_id").replace_strict(names, hashes, return_dtype=pl.Int64),
-        pl.col("ends").to_physical().cast(pl.Int64).fill_null(-1),
-        pl.col("team", "role").to_physical(),
-    ).drop("match_id")
-    table = np.column_stack([
-        column.to_numpy().view(np.int64) if column.dtype.is_float() else column.cast(pl.Int64).to_numpy()
-        for column in columns
-    ])
-    match = decisions["match_id"].rle()
-    ends = match.struct.field("len").to_numpy().astype(np.int64).cumsum()
-    return {name: sha256(rows.tobytes()).hexdigest()
-            for name, rows in zip(match.struct.field("value"), np.split(table, ends[:-1]), strict=True)}
+    found, first = dict[str, str](), 0
+    runs = decisions["match_id"].rle().struct.unnest().with_columns(end=pl.col("len").cum_sum())
+    for _, block in runs.group_by(pl.col("end") // _AT_ONCE, maintain_order=True):
+        columns = decisions[first:block["end"][-1]].drop("match_id").with_columns(
+            pl.col("behaviour_id").replace_strict(names, hashes, return_dtype=pl.Int64),
+            pl.col("ends").to_physical().cast(pl.Int64).fill_null(-1),
+            pl.col("team", "role").to_physical(),
+        )
+        table = np.column_stack([
+            column.to_numpy().view(np.int64) if column.dtype.is_float() else column.cast(pl.Int64).to_numpy()
+            for column in columns
+        ])
+        of_match = np.split(table, block["end"].to_numpy()[:-1].astype(np.int64) - first)
+        found |= {name: sha256(rows.tobytes()).hexdigest()
+                  for name, rows in zip(block["value"], of_match, strict=True)}
+        first = block["end"][-1]
+    return found
 
 
 def choosing(decisions: pl.DataFrame) -> dict[str, list[str]]:
