@@ -6,7 +6,7 @@ from threading import Event, current_thread, main_thread
 import pytest
 from conftest import fill, run
 
-from pitchlore.pipeline.engine import habits, knowledge
+from pitchlore.pipeline.engine import habits, update
 from pitchlore.pipeline.engine.ahead import ahead, go_on, looking_ahead
 from pitchlore.pipeline.settings import HabitSettings, KnowledgeSettings, Settings
 
@@ -62,13 +62,13 @@ def test_given_up(error):
 
 @pytest.mark.slow
 def test_habits_begun_early(clips, tmp_path, monkeypatch):
-    """In a large league habits are learned beside the stages of matches, once; knowledge and policy are the same bytes."""
+    """In a run on many new matches habits are learned beside the stages of matches, once; knowledge and policy are the same bytes."""
     settings = Settings(knowledge=KnowledgeSettings(habits=HabitSettings(rounds=1, trees=5)))
     learned, threads = habits._learned, []
     monkeypatch.setattr(habits, "_learned", lambda *given: threads.append(current_thread()) or learned(*given))
     outputs = []
     for many in (3, 2):
-        monkeypatch.setattr(knowledge, "MANY", many)
+        monkeypatch.setattr(update, "MANY", many)
         data = tmp_path / f"{many}"
         fill(data, clips)
         report = run(data, settings=settings, on="threads:2")

@@ -73,8 +73,8 @@ class Inputs(Protocol):
         """The tables of the outputs of a noun that have one, many in each, in any order; at least one."""
 
     def pieces(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
-        """The large table of the only output of a noun, in pieces; errors as for :meth:`table`."""
-        yield self.table(noun, schema)
+        """The large tables of all outputs of a noun, in pieces; errors as for :meth:`tables`."""
+        return self.tables(noun, schema)
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """A file other than a table, of each output of a noun; None where there is none."""
@@ -177,8 +177,8 @@ class StoreInputs(Inputs):
 
     def pieces(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """As for the protocol."""
-        (receipt,) = self[noun]
-        return self._store.read_pieces(receipt, schema.NAME, schema)
+        for receipt in self[noun]:
+            yield from self._store.read_pieces(receipt, schema.NAME, schema)
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
         """As for the protocol."""

@@ -14,7 +14,6 @@ from pitchlore.pipeline.engine.ahead import Early, ahead
 from pitchlore.pipeline.engine.habits import early_habits, of_version
 from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
-from pitchlore.pipeline.engine.placement.processes import MANY
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.game.pitch import Kind
 from pitchlore.pipeline.settings import KnowledgeSettings
@@ -115,7 +114,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
 
 
 def begin_habits(data: Path, scope: Scope, settings: KnowledgeSettings, stage: Stage) -> None:
-    """Begin to learn the habits of the next version of a large league; the stages of poses have been made.
+    """Begin to learn the habits of the next version; the stages of poses have been made.
 
     Whom it will imitate is told by the sides of its matches, unless teams logged their own decisions: these
     are looked for in the turn.
@@ -141,7 +140,7 @@ def begin_habits(data: Path, scope: Scope, settings: KnowledgeSettings, stage: S
                         imitates(adds_to) if adds_to is not None else None)
         return None if team is None else early_habits(inputs, team, sides, settings, _BEFORE)
 
-    if settings.recover is not None and len(scope.matches) >= MANY:  # of few, stages work in this process
+    if settings.recover is not None:
         ahead.get().begin(prepare)
 
 

@@ -16,6 +16,7 @@ from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
 from pitchlore.pipeline.engine.matches import mend_match, remake_receipt
 from pitchlore.pipeline.engine.outputs import match_names
+from pitchlore.pipeline.engine.placement.processes import MANY
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import Output, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
@@ -60,8 +61,8 @@ def bring_up_to_date(
             give_back()
         dropped = {output.match for output in failed}
         scope = scope.but(scope.matches if None in dropped else dropped)
-        poses = any(stage.noun == "trajectories" for stage in stage_group)
-        if poses and report.stage("trajectories").made and scope.matches:
+        new = report.stage("trajectories").made if "trajectories" in (s.noun for s in stage_group) else []
+        if len(new) >= MANY and scope.matches:  # of few, habits may stand, and stages work in this process
             begin_habits(store.root, scope, settings.knowledge, STAGES["knowledge"])
     nothing = lacking(store, scope) if scope.matches else []
     said = report.stage("matches").notes
