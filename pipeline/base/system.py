@@ -10,7 +10,6 @@ import ctypes
 import errno
 import math
 import multiprocessing
-import multiprocessing.util
 import os
 import shutil
 import signal
@@ -202,7 +201,9 @@ def start_clean(process: BaseProcess) -> None:
 
 def share_folder() -> None:
     """Let the sockets of :func:`clean` of this process and of those that it starts be in one folder."""
-    multiprocessing.util.get_temp_dir()
+    from multiprocessing.util import get_temp_dir  # noqa: PLC0415 (loaded early, it would clear up too late)
+
+    get_temp_dir()
 
 
 def remove_folder() -> None:
