@@ -7,15 +7,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.numbers.arrays import I64
+from pitchlore.pipeline.numbers.arrays import I32
 from pitchlore.pipeline.stages.sides.teams import Team
 from pitchlore.schemas import SIDES, Sequences
 
 #: Situations of a chunk: numpy's calls cost little then.
 _CHUNK = 1 << 17
-#: Situations that are kept in memory from pass to pass, some 200 MB of the columns that behaviours need; more
-#: are read anew for each.
-_KEPT = 1 << 22
+#: Situations that are kept in memory from pass to pass, some 450 MB of the columns that behaviours need; more
+#: are read anew for each, five times.
+_KEPT = 3 << 22
 #: The owner of rows that do not count.
 _NOBODY = -1
 
@@ -26,8 +26,8 @@ TeamsOfSides = Mapping[str, Mapping[str, Team]]
 class LeagueSequences:
     """Sequences of many matches in chunks of whole matches, for passes over all of them.
 
-    A chunk has some columns of schema Sequences; ``match_id`` is int64, the match's place in ``matches``.
-    Column ``who``, int64, is the team's place in ``teams``. Rows of sides that do not count are left out.
+    A chunk has some columns of schema Sequences; ``match_id`` is int32, the match's place in ``matches``.
+    Column ``who``, int32, is the team's place in ``teams``. Rows of sides that do not count are left out.
 
     Args:
         sequences: a function that gives the rows of schema Sequences of the matches, whole matches in each
@@ -52,9 +52,9 @@ class LeagueSequences:
         places = {team: place for place, team in enumerate(self.teams)}
         self._places = {match: place for place, match in enumerate(self.matches)}
         # the last row is of matches without sides
-        self._owners: I64 = np.array([
+        self._owners: I32 = np.array([
             [places[own[side]] if side in own else _NOBODY for side in SIDES]
-            for own in (*(sides[match] for match in self.matches), {})], dtype=np.int64)
+            for own in (*(sides[match] for match in self.matches), {})], dtype=np.int32)
 
     def __iter__(self) -> Iterator[pl.DataFrame]:
         if self._kept is not None:
@@ -84,7 +84,7 @@ class LeagueSequences:
     def _owned(self, tables: list[pl.DataFrame]) -> pl.DataFrame:
         sequence = pl.concat(tables)
         runs = sequence["match_id"].rle().struct.unnest()
-        of_run = np.array([self._places.get(name, -1) for name in runs["value"]], dtype=np.int64)
+        of_run = np.array([self._places.get(name, -1) for name in runs["value"]], dtype=np.int32)
         match = np.repeat(of_run, runs["len"].to_numpy())
         who = self._owners[match, sequence["team"].to_physical().to_numpy()]
         owned = sequence.with_columns(match_id=pl.Series(match), who=pl.Series(who))

@@ -106,7 +106,7 @@ def windows(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> Windo
     code, follows = sequence["code"].to_numpy(writable=True), sequence["follows"].to_numpy(writable=True)
     role = sequence["role"].cast(pl.Enum(ROLES)).to_physical().cast(pl.Int64).to_numpy(writable=True)
     if "who" in sequence.columns:
-        role += sequence["who"].to_numpy() * len(ROLES)
+        role += sequence["who"].to_numpy().astype(np.int64) * len(ROLES)
     return Windows(*_runs(code, role, follows, used, n))
 
 
