@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import polars as pl
 
-from pitchlore.pipeline.base.digests import canonical, digest
-from pitchlore.pipeline.engine.ahead import Early, ahead, go_on
 from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs, by_day
-from pitchlore.pipeline.engine.outputs import digests
 from pitchlore.pipeline.engine.placement.executors import Executors, Here, executors
 from pitchlore.pipeline.engine.placement.processes import MANY
 from pitchlore.pipeline.engine.tasks import spread
@@ -119,74 +114,39 @@ def of_version(
         parent: the noun in ``inputs`` of the version to which this one adds.
         before: the noun of the version before, whose habits may stand (:func:`newer_matches`).
     """
-    found = VersionHabits((), {})
     if team is not None and (inputs["options"] or inputs["trajectories"]):
-        mine = sides_of(team, sides)
+        mine, at_most = sides_of(team, sides), settings.habits.windows_at_most
         if settings.recover is None or inputs["options"]:
-            found = _learned(inputs, team, settings, *_of_all(inputs, mine, settings.habits.windows_at_most))
+            found, how = _of_all(inputs, mine, at_most)
         else:
             poses = _poses(inputs, mine)
             for held in inputs[before]:
                 newer = newer_matches(held, team, poses)
                 if newer is not None:
                     return _again(inputs, before, newer=newer)
-            early = ahead.get().take(_key(inputs, team, mine, settings))
-            found = early or _of_newest(inputs, team, mine, poses, settings)
-    if not found.tables and any(Habits.NAME in held.files for held in inputs[parent]):
+            found, how = _of_newest(inputs, mine, poses, at_most, settings.recover)
+        from pitchlore.pipeline.stages.options.of_team import fit_habits, team_habits  # noqa: PLC0415 (it loads scikit-learn)
+
+        def fits(sets: Sequence[tuple[F32, I64]], own: HabitSettings) -> list[dict[int, Trees]]:
+            pieces = [(str(place), {"observation": observation, "option": option, "settings": own})
+                      for place, (observation, option) in enumerate(sets)]
+            grown = dict(spread(_workers(inputs), fit_habits, pieces, len(pieces), task="habits"))
+            return [grown[label] for label, _ in pieces]
+
+        habits, trees = team_habits(found, team, settings.habits, inputs.version, fits)
+        if habits.height:
+            return VersionHabits(((habits, Habits), (trees, HabitTrees)), {_DETAIL: how})
+    if any(Habits.NAME in held.files for held in inputs[parent]):
         return _again(inputs, parent)
-    return _as_of(inputs.version, found)
-
-
-def early_habits(
-    inputs: StoreInputs, team: Team, sides: pl.DataFrame, settings: KnowledgeSettings, before: str
-) -> Early | None:
-    """The habits that :func:`of_version` learns of poses; its arguments. None if those of before stand."""
-    mine = sides_of(team, sides)
-    poses = _poses(inputs, mine)
-    if any(newer_matches(held, team, poses) is not None for held in inputs[before]):
-        return None
-    return _key(inputs, team, mine, settings), partial(_of_newest, inputs, team, mine, poses, settings)
-
-
-def _key(inputs: Inputs, team: Team, mine: pl.DataFrame, settings: KnowledgeSettings) -> str:
-    """Tells all that habits of the newest matches depend on."""
-    assert isinstance(inputs, StoreInputs)
-    assert settings.recover is not None
-    return digest(canonical([
-        team, mine.sort("match_id", "team").rows(),
-        digests({noun: inputs[noun] for noun in ("matches", "trajectories")}),
-        settings.habits.model_dump(mode="json"), settings.recover.model_dump(mode="json")]))
-
-
-def _learned(
-    inputs: Inputs, team: Team, settings: KnowledgeSettings, clues: pl.DataFrame, how: dict[str, Any]
-) -> VersionHabits:
-    """The habits that a team's clues tell, and how these were gathered."""
-    from pitchlore.pipeline.stages.options.of_team import fit_habits, team_habits  # noqa: PLC0415 (it loads scikit-learn)
-
-    def fits(sets: Sequence[tuple[F32, I64]], own: HabitSettings) -> list[dict[int, Trees]]:
-        go_on()
-        pieces = [(str(place), {"observation": observation, "option": option, "settings": own})
-                  for place, (observation, option) in enumerate(sets)]
-        # one alone goes to another process, too: this one may have other legs to do
-        grown = dict(spread(_workers(inputs), fit_habits, pieces, max(len(pieces), 2), task="habits"))
-        return [grown[label] for label, _ in pieces]
-
-    habits, trees = team_habits(clues, team, settings.habits, inputs.version, fits)
-    tables = ((habits, Habits), (trees, HabitTrees)) if habits.height else ()
-    return VersionHabits(tables, {_DETAIL: how} if tables else {})
+    return VersionHabits((), {})
 
 
 def _again(inputs: Inputs, noun: str, **details: int) -> VersionHabits:
     """The habits of another version, with some of its details anew."""
-    tables = tuple((inputs.table(noun, schema), schema) for schema in (Habits, HabitTrees))
-    return _as_of(inputs.version, VersionHabits(tables, {_DETAIL: inputs.details(noun)[_DETAIL] | details}))
-
-
-def _as_of(version: int, habits: VersionHabits) -> VersionHabits:
-    """Habits as those of a version."""
-    own = pl.lit(version, dtype=pl.Int32).alias("version")
-    return habits._replace(tables=tuple((table.with_columns(own), schema) for table, schema in habits.tables))
+    version = pl.lit(inputs.version, dtype=pl.Int32).alias("version")
+    return VersionHabits(tuple(
+        (inputs.table(noun, schema).with_columns(version), schema) for schema in (Habits, HabitTrees)
+    ), {_DETAIL: inputs.details(noun)[_DETAIL] | details})
 
 
 class Poses(NamedTuple):
@@ -245,51 +205,43 @@ def _of_all(inputs: Inputs, mine: pl.DataFrame, at_most: int) -> tuple[pl.DataFr
 
 
 def _of_newest(
-    inputs: Inputs, team: Team, mine: pl.DataFrame, poses: Mapping[str, Poses], settings: KnowledgeSettings
-) -> VersionHabits:
-    """The habits of a team by as many of its newest matches as fit.
+    inputs: Inputs, mine: pl.DataFrame, poses: Mapping[str, Poses], at_most: int, settings: OptionSettings
+) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Clues to a team's options in as many of its newest matches as fit, and how they were gathered.
 
     Whether another match fits is told by its poses, and by how many windows the newest has.
     """
     assert isinstance(inputs, StoreInputs)
-    assert settings.recover is not None
-    workers, order, at_most = _workers(inputs), list(poses), settings.habits.windows_at_most
+    workers, order = _workers(inputs), list(poses)
     data = workers.path(inputs.root)
 
-    def piece(matches: list[str]) -> dict[str, Any]:
-        of_matches = [inputs.of_match(match) for match in matches]
-        return {"inputs": of_matches, "data": data, "mine": mine, "settings": settings.recover}
+    def piece(match: str) -> dict[str, Any]:
+        return {"inputs": inputs.of_match(match), "data": data, "mine": mine, "settings": settings}
 
     if not order:  # it is of another league
-        return VersionHabits((), {})
-    clues = dict(_clues(**piece(order[:1])))
+        return Clues.empty(), {}
+    clues = {order[0]: _clues(**piece(order[0]))}
     windows = clues[order[0]].height
     rows = np.cumsum([own.rows for own in poses.values()])
     fitting = max(int((rows * (windows / max(rows[0], 1)) <= at_most).sum()), 1)
-    # one part for each worker: it waits but once until its worker has done what it does
-    parts = [order[first:fitting:workers.width] for first in range(1, min(workers.width + 1, fitting))]
-    gathered = spread(workers, _clues, ((part[0], piece(part)) for part in parts), len(parts), task="clues")
-    found = dict(chain.from_iterable(of_part for _, of_part in gathered))
+    others = ((match, piece(match)) for match in order[1:fitting])
+    found = dict(spread(workers, _clues, others, fitting - 1, task="clues"))
     clues |= {match: found[match] for match in order[1:fitting]}
     every = max(-(-windows // at_most), 1) if len(clues) == 1 else 1  # a single match may have too many
     taken = (each.gather_every(every) for each in reversed(clues.values()))
     learned = pl.concat([Clues.empty(), *taken]).drop_nulls("role")
-    return _learned(inputs, team, settings, learned, {
-        "window_s": settings.recover.window_s, "windows": learned.height, "matches": len(clues),
-        "newest": order[0], "newer": 0, "of": {match: poses[match].sha256 for match in clues}})
+    return learned, {"window_s": settings.window_s, "windows": learned.height, "matches": len(clues),
+                     "newest": order[0], "newer": 0, "of": {match: poses[match].sha256 for match in clues}}
 
 
 def _clues(
-    inputs: Sequence[StoreInputs], data: Path, mine: pl.DataFrame, settings: OptionSettings
-) -> list[tuple[str, pl.DataFrame]]:
-    """Clues to a team's options in some matches, by id; another process may gather them."""
-    store, found = Store(data), []
-    for own in (each.at(store) for each in inputs):
-        match = own.only("matches").name
-        sides = mine.filter(match_id=match)["team"].cast(pl.String).to_list()
-        options, clues, _ = recovered_options(own, settings, sides)
-        found.append((match, _of_team(clues, options, mine)))
-    return found
+    inputs: StoreInputs, data: Path, mine: pl.DataFrame, settings: OptionSettings
+) -> pl.DataFrame:
+    """Clues to a team's options in a match; another process may gather them."""
+    own = inputs.at(Store(data))
+    sides = mine.filter(match_id=own.only("matches").name)["team"].cast(pl.String).to_list()
+    options, clues, _ = recovered_options(own, settings, sides)
+    return _of_team(clues, options, mine)
 
 
 def _workers(inputs: Inputs) -> Executors:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import polars as pl
 
 from pitchlore.pipeline.base.digests import canonical, digest
 from pitchlore.pipeline.base.errors import BadSettings, NotFound
-from pitchlore.pipeline.engine.ahead import Early, ahead
-from pitchlore.pipeline.engine.habits import early_habits, of_version
-from pitchlore.pipeline.engine.inputs import Held, Inputs, StoreInputs
+from pitchlore.pipeline.engine.habits import of_version
+from pitchlore.pipeline.engine.inputs import Held, Inputs
 from pitchlore.pipeline.engine.outputs import digests, need, table_of
 from pitchlore.pipeline.engine.stage import Plan, Scope, Stage
 from pitchlore.pipeline.game.pitch import Kind
@@ -46,16 +44,23 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
     if not scope.matches:
         raise NotFound("there is no match to learn from", where=store.where,
                        next_step="Import recordings and run the stages first")
-    decisions = need(store, "decisions", scope.name)
-    receipts = {"behaviours": [need(store, "behaviours", scope.name)], "decisions": [decisions],
-                **_watched(store, scope)}
+    receipts: dict[str, list[Receipt]] = {
+        "behaviours": [need(store, "behaviours", scope.name)],
+        "sides": [need(store, "sides", match) for match in scope.matches],
+        "decisions": [need(store, "decisions", scope.name)],
+    }
+    (decisions,) = receipts["decisions"]
+    recovered = (store.receipt("options", match) for match in scope.matches)
+    receipts["options"] = [held for held in recovered if held is not None and held.details["options"]]
     inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides", "options")}) | {
         label_of(decisions, match): sha256_of(decisions, match) for match in scope.matches}
     parent = store.newest_whole("knowledge")
     if settings.recover is not None and not receipts["options"]:
         bodies = _of_bodies(store, receipts["sides"])
         inputs |= {f"{noun}/all": digest(canonical(digests({noun: of}))) for noun, of in bodies.items() if of}
-        receipts |= bodies | {_BEFORE: _made_alike(parent, settings, stage)}
+        same = parent is not None and parent.settings == settings.model_dump(mode="json") and (
+            parent.versions.get(stage.noun) == stage.version)
+        receipts |= bodies | {_BEFORE: [parent] if parent is not None and same else []}
     follows = None if parent is None else parent.version
     seed = receipts["behaviours"][0].settings["seed"]
     if not settings.accumulate:
@@ -111,51 +116,6 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
             "teams": [team._asdict() | record._asdict() for team, record in records.items()],
         } | habits.details,
     )
-
-
-def begin_habits(data: Path, scope: Scope, settings: KnowledgeSettings, stage: Stage) -> None:
-    """Begin to learn the habits of the next version; the stages of poses have been made.
-
-    Whom it will imitate is told by the sides of its matches, unless teams logged their own decisions: these
-    are looked for in the turn.
-
-    Args:
-        data: the data folder.
-        scope: matches of the version.
-        settings: settings of the version.
-        stage: the stage of the versions.
-    """
-    def prepare() -> Early | None:
-        store = Store(data)
-        receipts = _watched(store, scope)
-        bodies = _of_bodies(store, receipts["sides"])
-        if receipts["options"] or any(log.details.get("decisions") != 0 for log in bodies["matches"]):
-            return None
-        parent = store.newest_whole("knowledge")
-        before = _made_alike(parent, settings, stage)
-        inputs = StoreInputs(store, receipts | bodies | {_BEFORE: before}, version=1)  # it gets its own later
-        sides = pl.concat(inputs.batches("sides", Sides))
-        adds_to = parent if settings.accumulate else None
-        team = imitated(_added_up(adds_to, teams(sides)), settings.imitate,
-                        imitates(adds_to) if adds_to is not None else None)
-        return None if team is None else early_habits(inputs, team, sides, settings, _BEFORE)
-
-    if settings.recover is not None:
-        ahead.get().begin(prepare)
-
-
-def _watched(store: Store, scope: Scope) -> dict[str, list[Receipt]]:
-    """The sides of a version's matches, and the options of those where any were recovered."""
-    recovered = (store.receipt("options", match) for match in scope.matches)
-    return {"sides": [need(store, "sides", match) for match in scope.matches],
-            "options": [held for held in recovered if held is not None and held.details["options"]]}
-
-
-def _made_alike(parent: Manifest | None, settings: KnowledgeSettings, stage: Stage) -> list[Receipt]:
-    """The version before, if it was made by the same settings and the same version of the stage."""
-    same = parent is not None and parent.settings == settings.model_dump(mode="json") and (
-        parent.versions.get(stage.noun) == stage.version)
-    return [parent] if parent is not None and same else []
 
 
 def _of_bodies(store: Store, sides: Sequence[Receipt]) -> dict[str, list[Receipt]]:

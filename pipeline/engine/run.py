@@ -16,7 +16,6 @@ from pydantic import BaseModel
 
 from pitchlore.pipeline.base.errors import NotFound
 from pitchlore.pipeline.engine import knowledge, policies
-from pitchlore.pipeline.engine.ahead import looking_ahead
 from pitchlore.pipeline.engine.catalog import check_files, refresh_after, refresh_into
 from pitchlore.pipeline.engine.costs import Cost, Spent, spending
 from pitchlore.pipeline.engine.freshness import Standing
@@ -94,7 +93,7 @@ def run(
     store = swept(data)  # damage is looked for after the import
     with noted(store, "run", history) as note:
         report = note.report
-        with placed(on, store.root), looking_ahead():
+        with placed(on, store.root):
             with report.leg("import"):
                 report.stages.append(import_all(store, recordings, limits))
             with report.leg("look for damage"):

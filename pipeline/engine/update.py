@@ -7,16 +7,13 @@ from itertools import takewhile
 
 from pitchlore.pipeline.base.errors import CorruptFile, PitchloreError
 from pitchlore.pipeline.base.system import give_back
-from pitchlore.pipeline.engine.ahead import ahead
 from pitchlore.pipeline.engine.catalog import check_files, look_at_files
 from pitchlore.pipeline.engine.costs import Cost, Spent
 from pitchlore.pipeline.engine.freshness import FreshnessCache
-from pitchlore.pipeline.engine.knowledge import begin_habits
 from pitchlore.pipeline.engine.lacking import lacking, leagues
 from pitchlore.pipeline.engine.making import Outcome
 from pitchlore.pipeline.engine.matches import mend_match, remake_receipt
 from pitchlore.pipeline.engine.outputs import match_names
-from pitchlore.pipeline.engine.placement.processes import MANY
 from pitchlore.pipeline.engine.progress import RunReport
 from pitchlore.pipeline.engine.stage import Output, Scope, Stage
 from pitchlore.pipeline.engine.stages import STAGES
@@ -61,17 +58,12 @@ def bring_up_to_date(
             give_back()
         dropped = {output.match for output in failed}
         scope = scope.but(scope.matches if None in dropped else dropped)
-        new = report.stage("trajectories").made if "trajectories" in (s.noun for s in stage_group) else []
-        if len(new) >= MANY and scope.matches:  # of few, habits may stand, and stages work in this process
-            begin_habits(store.root, scope, settings.knowledge, STAGES["knowledge"])
     nothing = lacking(store, scope) if scope.matches else []
     said = report.stage("matches").notes
     report.notes += [line for line in nothing if line not in said]
     if scope.matches and not nothing:
         known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
         report.knowledge_is_new = bool(known)
-        if known:
-            report.versions["knowledge"].include(ahead.get().cost)  # beside other legs
         if train and known is not None:
             report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
         report.notes += leagues(store.newest_whole("knowledge"))

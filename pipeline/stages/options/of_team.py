@@ -48,7 +48,7 @@ def team_habits(
         team: the team.
         settings: rounds and trees; all clues are learned from.
         version: version of the knowledge.
-        fits: fits habits to the windows of each half of the matches, and of all.
+        fits: fits habits to the windows of each half of the matches.
 
     Returns:
         Rows of schema Habits and of schema HabitTrees; none without clues.
@@ -96,7 +96,7 @@ def habits(
         role: int64 [W], index in ROLES; before any trees, habits are those of the role.
         fold: int64 [W], 0 or 1: habits that a window's option is told by are learned from the other fold.
         settings: rounds and trees.
-        fits: fits the habits of both folds, and of all windows.
+        fits: fits the habits of both folds.
 
     Returns:
         The trees of each option's logit, by its index, of those that the team has; and the options of all
@@ -113,8 +113,7 @@ def habits(
             for own, others in zip(halves, grown, strict=True):
                 before[own] += (1 - settings.doubt) * probabilities(others, observation[own], ratios.shape[1])
         posterior = _weighed(likelihood, before)
-    (of_all,) = fits([(observation, _draw(posterior, rng))], settings)
-    return of_all, posterior
+    return fit_habits(observation, _draw(posterior, rng), settings), posterior
 
 
 def _of_roles(likelihood: F64, role: I64) -> F64:
