@@ -151,23 +151,22 @@ def compute(inputs: Inputs, settings: PolicySettings, fit: Fit | None = None) ->
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
-    team, learner = imitates(knowledge), _learner(settings, knowledge)
+    team, seen = imitates(knowledge), of_imitated(knowledge, inputs.table("knowledge", Occasions))
     order = pl.DataFrame({"match_id": [receipt.name for receipt in inputs["sides"]]}).with_row_index("place")
     mine = sides_of(team, pl.concat(inputs.batches("sides", Sides)))
     decisions = pl.concat([
         table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
         .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
         for table in inputs.pieces("decisions", Decisions)])
+    appraisals, learner = Appraisals.empty(), _learner(settings, knowledge)
     trees = HabitTrees.empty() if learner == "sarsa" else next(inputs.batches("knowledge", HabitTrees))
-    if learner == "imitation":
-        seen, appraisals = habitual(next(inputs.batches("knowledge", Habits)), trees, inputs.version)
-    else:
-        seen, appraisals = of_imitated(knowledge, inputs.table("knowledge", Occasions)), Appraisals.empty()
     if learner == "sight":
         from pitchlore.pipeline.stages.policies import appraise  # noqa: PLC0415 (it loads scikit-learn)
         from pitchlore.pipeline.stages.situations.rules import TABLE_1  # noqa: PLC0415 (see pipeline.engine.stages)
 
         seen = appraise.actions(seen, TABLE_1, settings.appraisals)
+    if learner == "imitation":
+        seen, appraisals = habitual(next(inputs.batches("knowledge", Habits)), trees, inputs.version)
     ordered = decisions.sort("place", maintain_order=True).drop("place")
     chosen = batch_of([ordered], seen, settings)
     policy, report = train(
